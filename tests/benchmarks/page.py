@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from math import inf
 
-TRY = "**A quick try on little data: the figures mean nothing.**"
-
 
 @dataclass(frozen=True)
 class Claim:
@@ -36,6 +34,14 @@ class Claim:
         measured = f"{self.value:.2f}" if self.unit else f"{self.value:.3g}"
         text = self.text + (f", {self.unit}" if self.unit else "")
         return [text, wanted, measured, "yes" if self.reached else "**no**"]
+
+
+def chapter(heading: str, *parts: str | Iterable[str]) -> list[str]:
+    """Lines of a heading and of what is under it, each part a text or the lines of a table."""
+    lines = [heading, ""]
+    for part in parts:
+        lines += [part.rstrip("\n"), ""] if isinstance(part, str) else part
+    return lines
 
 
 def claim_table(claims: Iterable[Claim]) -> list[str]:

@@ -24,6 +24,10 @@ from tracker.scene.steps import Gait, random_build
 pytestmark = pytest.mark.whole
 
 
+# Of a foot that is put down twice.
+HEIGHTS = np.repeat([0.1, 0.0, 0.1, 0.0, 0.1], [200, 300, 200, 300, 200])
+
+
 def standing(build, heights, speed=0.0):
     """A figure on straight legs whose feet are flat, the near foot at these heights."""
     S = len(heights)
@@ -34,9 +38,7 @@ def standing(build, heights, speed=0.0):
 
 
 def test_a_foot_is_on_the_ground_while_it_is_low_and_slow_and_jitter_is_no_leaving(rng):
-    build = random_build(rng)
-    up, down = np.full(200, 0.1), np.zeros(300)
-    heights = np.concatenate([up, down, up, down, up])
+    build, heights = random_build(rng), HEIGHTS.copy()
     heights[350:370] = 0.1  # 40 ms
     pose = standing(build, heights)
     pose.pose[:, 0] = np.cumsum(np.where(heights > 0.05, 4.0, 0.0)) / RATE
@@ -49,11 +51,8 @@ def test_a_foot_is_on_the_ground_while_it_is_low_and_slow_and_jitter_is_no_leavi
 
 def test_a_foot_that_slips_before_it_leaves_has_no_clear_moment_of_leaving(rng):
     build = random_build(rng)
-    heights = np.concatenate(
-        [np.full(200, 0.1), np.zeros(300), np.full(200, 0.1), np.zeros(300), np.full(200, 0.1)]
-    )
-    pose = standing(build, heights)
-    speeds = np.where(heights > 0.05, 4.0, 0.0)
+    pose = standing(build, HEIGHTS)
+    speeds = np.where(HEIGHTS > 0.05, 4.0, 0.0)
     pace = speeds.mean()
     speeds[900:1000] = np.linspace(0.0, pace, 100)  # faster and faster along the floor
     pose.pose[:, 0] = np.cumsum(speeds) / RATE

@@ -24,7 +24,6 @@ from tests.benchmarks.evaluation.robustness import DROPPED, SHOTS, claims
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, spoil, twins
 from tests.benchmarks.evaluation.widths import ACROSS, edges
 from tests.benchmarks.motion import __main__ as motion
-from tests.benchmarks.motion.data import Source
 from tests.benchmarks.motion.synthesis import spectrum, stride
 from tests.benchmarks.motion.transitions import Change, compare
 from tests.benchmarks.page import Claim
@@ -63,12 +62,11 @@ def test_a_part_of_a_page_is_written_in_its_place_without_losing_the_others(monk
     parts = [part(name, 1.0) for name in ("first", "second", "third")]
     monkeypatch.setattr(motion, "SECTIONS", parts)
     monkeypatch.setattr(motion, "study", lambda _: SimpleNamespace(captures=()))
-    source = Source(tmp_path)
-    whole = motion.page(source, {}, parts)
-    assert motion.page(source, {}, parts[1:2], whole) == whole
-    without = motion.page(source, {}, [parts[0], parts[2]])
-    assert motion.page(source, {}, parts[1:2], without) == whole
-    again = motion.page(source, {}, [part("second", 3.0)], whole)
+    whole = motion.page(tmp_path, {}, parts)
+    assert motion.page(tmp_path, {}, parts[1:2], whole) == whole
+    without = motion.page(tmp_path, {}, [parts[0], parts[2]])
+    assert motion.page(tmp_path, {}, parts[1:2], without) == whole
+    again = motion.page(tmp_path, {}, [part("second", 3.0)], whole)
     assert again == whole.replace("1 |yes", "3 |**no**", 2).replace("3 |**no**", "1 |yes", 1)
 
 

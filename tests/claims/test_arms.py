@@ -1,14 +1,11 @@
 """The walker with arms on a rendered walk whose every joint is known."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from tests.tracker.clips import write_table, write_video
 from tracker.api import follow
-from tracker.run.track import Track
-from tracker.scene.film import Scene, render
+from tracker.scene.film import render
 
 pytestmark = pytest.mark.claims
 
@@ -16,14 +13,14 @@ SEED, FRAMES, SIZE = 1, 60, (480, 270)
 TRUNK_AND_LEGS = ("head_top", "neck", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
 
 
-def errors(track: Track, scene: Scene, names: tuple[str, ...]) -> np.ndarray:
+def errors(track, scene, names):
     """(T, J) leg lengths."""
     places, truth = track.joints(), scene.joints | scene.arms
     of_each = [places[:, track.figure.joints.index(name)] - truth[name] for name in names]
     return np.hypot(*np.stack(of_each).T).T / scene.leg_px
 
 
-def test_elbows_and_wrists_are_followed_and_legs_no_worse(tmp_path: Path) -> None:
+def test_elbows_and_wrists_are_followed_and_legs_no_worse(tmp_path):
     scene = render(SEED, frames=FRAMES, size=SIZE, shrubs=False)
     write_video(tmp_path / "walk.mp4", scene.images)
     for name, marked in (("arms", scene.joints | scene.arms), ("none", scene.joints)):

@@ -5,11 +5,9 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from tests.claims.followed import scored
 from tracker.cli.demo import write_scene
-from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.progress import Progress
-from tracker.run.score import places, score
 from tracker.scene.film import render
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
@@ -20,22 +18,22 @@ SEEDS, FRAMES = range(2), 60
 CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame
 
 
-def followed(seed: int) -> tuple[bool, list[bool]]:
+def followed(seed):
     """Whether the learned model, and constant velocity at each noise, follow the demo's clip by templates."""
     with TemporaryDirectory() as folder:
         video, marks = write_scene(render(seed, frames=FRAMES), Path(folder))
         truth = read_keypoints(marks)
 
-        def never_lost(model: str, settings: Settings) -> bool:
+        def never_lost(model, settings):
             bare = settings.model_copy(update={"outline": False})
-            run = follow(Job(video, truth, model=model, settings=bare), Progress("quiet"))
-            return score(truth, places(run.track), 0).first_failure_frame is None
+            found = scored(Job(video, truth, model=model, settings=bare), truth)
+            return found.first_failure_frame is None
 
         rivals = [never_lost("cv", Settings(cv_angle=a, cv_place=p)) for a, p in CV_NOISES]
         return never_lost("walk-run", Settings()), rivals
 
 
-def test_by_templates_the_learned_model_follows_the_demo_walk_where_constant_velocity_does_not() -> None:
+def test_by_templates_the_learned_model_follows_the_demo_walk_where_constant_velocity_does_not():
     results = [followed(seed) for seed in SEEDS]
     best = max(range(len(CV_NOISES)), key=lambda i: sum(rivals[i] for _, rivals in results))
     parted = [

@@ -1,11 +1,8 @@
 """Gaps in walks and runs of somebody whom the shipped models were not learned from."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import read_body, read_trials, resample, sequences
 from kinematics.sagittal import project
 from tests.tracker.gaits import sequence
@@ -20,16 +17,14 @@ SUBJECTS = {"walk": "am1", "run": "bn2"}
 
 
 @pytest.fixture(scope="module")
-def captures(data_dir: Path) -> list[Capture]:
+def captures(data_dir):
     trials = read_trials(data_dir / "mocap" / "trials.csv")
     wanted = [t for t in trials if SUBJECTS.get(t.activity) == t.subject]
     return [s for trial in wanted for s in sequences(trial, FPS)]
 
 
 @pytest.mark.parametrize(("label", "gap", "most"), [("walk", 25, 2.0), ("walk", 50, 2.6), ("run", 10, 4.5)])
-def test_gaps_of_somebody_new_are_filled_by_the_stride(
-    captures: list[Capture], label: str, gap: int, most: float
-) -> None:
+def test_gaps_of_somebody_new_are_filled_by_the_stride(captures, label, gap, most):
     both = fillers("gait", motion_model("gait", FPS), FPS, recurrent=True)
     found = []
     for capture in captures:
@@ -47,7 +42,7 @@ def test_gaps_of_somebody_new_are_filled_by_the_stride(
 
 
 @pytest.mark.parametrize("name", ["02_04", "am1_B18", "am1_C20"])
-def test_gaps_amid_jumps_are_left_to_the_switching_model(data_dir: Path, name: str) -> None:
+def test_gaps_amid_jumps_are_left_to_the_switching_model(data_dir, name):
     both = fillers("gait", motion_model("gait", FPS), FPS, recurrent=True)
     trials = read_trials(data_dir / "mocap" / "trials.csv")
     (trial,) = (t for t in trials if t.path.stem == name)

@@ -1,7 +1,5 @@
 """The horse that ships on a real one: followed by constant velocity, then by a model of its own stride."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,9 +7,8 @@ from kinematics.figure_file import load_figure
 from tests.tracker.clips import figtrack, read_csv
 from tracker.api import follow
 from tracker.run.read import read_track
-from tracker.run.track import Track
 from tracker.settings import Settings
-from tracker.tables.keypoints import Marks, read_keypoints
+from tracker.tables.keypoints import read_keypoints
 
 pytestmark = pytest.mark.claims
 
@@ -19,7 +16,7 @@ UNIT = 100.0  # pixels
 HOOVES = ("fore_hoof", "hind_hoof")
 
 
-def errors(track: Track, truth: Marks) -> dict[tuple[int, str], float]:
+def errors(track, truth):
     """Of every marked point after the start, in units, each at most 1."""
     places, column = track.joints(), track.figure.joints.index
     return {
@@ -30,7 +27,7 @@ def errors(track: Track, truth: Marks) -> dict[tuple[int, str], float]:
     }
 
 
-def exchanged(track: Track, truth: Marks, hoof: str) -> int:
+def exchanged(track, truth, hoof):
     """Marked frames in which a pair of hooves fits better, by a tenth of the unit, exchanged."""
     places, column = track.joints(), track.figure.joints.index
     pair = [f"near_{hoof}", f"far_{hoof}"]
@@ -45,8 +42,8 @@ def exchanged(track: Track, truth: Marks, hoof: str) -> int:
 
 
 def test_a_galloping_horse_is_followed_by_constant_velocity_and_by_a_model_of_its_own_stride(
-    data_dir: Path, tmp_path: Path
-) -> None:
+    data_dir, tmp_path
+):
     clip = data_dir / "animals" / "beach_horse_lr.mp4"
     table = clip.with_name("beach_horse_lr.keypoints.csv")
     figure = load_figure("horse")

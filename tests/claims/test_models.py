@@ -24,7 +24,7 @@ ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
 
 
 @pytest.mark.parametrize("name", LEARNED)
-def test_make_models_gives_the_model_that_ships(name: str, data_dir: Path, tmp_path: Path) -> None:
+def test_make_models_gives_the_model_that_ships(name, data_dir, tmp_path):
     settings, *more = LEARNED[name]
     words = ["--trials", data_dir / "mocap" / "trials.csv", "--settings", MODELS / settings, "--fps", FPS]
     result = figtrack("learn", *words, *more, "--out", tmp_path / "m.npz", "--quiet")

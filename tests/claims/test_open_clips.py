@@ -2,34 +2,28 @@
 
 import csv
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kinematics.sides import other_side
-from tests.benchmarks.evaluation.cases import first_whole, marks_of
+from tests.benchmarks.evaluation.cases import QUIET, first_whole, marks_of
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.outlines import DOUBTED, look
 from tracker.clip.plan import prepare
 from tracker.gait.figures import gait_of
-from tracker.progress import Progress
-from tracker.run.score import Score, leg_length, places, score
-from tracker.run.track import Track
+from tracker.run.score import leg_length, places, score
 
 pytestmark = pytest.mark.claims
 
-QUIET = Progress("quiet")
 LEARNED, RIVAL = "walk-run", "cv"
 EIGHT, HARD = "video", "video_hard"  # folders
-Tracks = dict[str, dict[str, Track]]
-Scores = dict[str, dict[str, Score]]
 # Their marks in frame 0 are little more than half as far from the ankle as the other foot's.
 TURNED = (("gym_walk_rl", "near_toe"), ("indoor_walk_lr", "far_toe"))
 
 
-def followed(clip: Path) -> dict[str, Track]:
+def followed(clip):
     """The clip from its first marks, as the program does it: the eight to their ends, the others, and all by
     the rival, as far as they are marked."""
     marks = marks_of(clip)
@@ -41,26 +35,26 @@ def followed(clip: Path) -> dict[str, Track]:
 
 
 @pytest.fixture(scope="module")
-def clips(data_dir: Path) -> list[Path]:
+def clips(data_dir):
     """The eight and the four hard ones."""
     return [clip for name in (EIGHT, HARD) for clip in sorted((data_dir / name).glob("*.mp4"))]
 
 
 @pytest.fixture(scope="module")
-def eight(clips: list[Path], tracks: Tracks) -> dict[str, Track]:
+def eight(clips, tracks):
     """The learned model's tracks of the first eight."""
     return {clip.stem: tracks[LEARNED][clip.stem] for clip in clips if clip.parent.name == EIGHT}
 
 
 @pytest.fixture(scope="module")
-def tracks(clips: list[Path]) -> Tracks:
+def tracks(clips):
     """By model and clip."""
     found = {clip: followed(clip) for clip in clips}
     return {model: {clip.stem: found[clip][model] for clip in clips} for model in (LEARNED, RIVAL)}
 
 
 @pytest.fixture(scope="module")
-def scores(clips: list[Path], tracks: Tracks) -> Scores:
+def scores(clips, tracks):
     """By model and clip."""
     truths = {clip.stem: marks_of(clip) for clip in clips}
     return {
@@ -72,40 +66,34 @@ def scores(clips: list[Path], tracks: Tracks) -> Scores:
     }
 
 
-def test_the_learned_model_follows_all_twelve_clips(scores: Scores) -> None:
+def test_the_learned_model_follows_all_twelve_clips(scores):
     followed = [clip for clip, score in scores[LEARNED].items() if score.first_failure_frame is None]
     assert len(scores[LEARNED]) == len(followed) == 12, followed
 
 
-def test_legs_are_never_exchanged(scores: Scores) -> None:
+def test_legs_are_never_exchanged(scores):
     assert {clip: s.swaps for clip, s in scores[LEARNED].items() if s.swaps} == {}
 
 
-def test_every_walk_is_held_within_a_twentieth_of_a_leg_and_every_run_within_seven_hundredths(
-    scores: Scores,
-) -> None:
+def test_every_walk_is_held_within_a_twentieth_of_a_leg_and_every_run_within_seven_hundredths(scores):
     errors = {clip: s.mean_error_leg for clip, s in scores[LEARNED].items()}
     assert max(error for clip, error in errors.items() if "walk" in clip) <= 0.05, errors
     assert max(error for clip, error in errors.items() if "walk" not in clip) <= 0.07, errors
 
 
-def test_the_learned_model_errs_less_than_constant_velocity_that_sees_the_same_outlines(
-    scores: Scores,
-) -> None:
+def test_the_learned_model_errs_less_than_constant_velocity_that_sees_the_same_outlines(scores):
     """At the noise that is best for constant velocity on these clips."""
     learned, cv = (np.mean([s.mean_error_leg for s in scores[name].values()]) for name in (LEARNED, RIVAL))
     assert learned < cv
 
 
-def in_view(table: Path) -> dict[str, int]:
+def in_view(table):
     """The last frame of each clip that shows all of the figure."""
     with table.open(newline="", encoding="utf-8") as file:
         return {row["clip"]: int(row["usable_frames"].split("-")[1]) for row in csv.DictReader(file)}
 
 
-def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(
-    eight: dict[str, Track], data_dir: Path
-) -> None:
+def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(eight, data_dir):
     whole = in_view(data_dir / "video" / "clips.csv")
     wrong = {
         name: [t for t, said in enumerate(track.outcome[: whole[name] + 1]) if said in ("lost", "outside")]
@@ -116,9 +104,7 @@ def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(
 
 
 @pytest.mark.parametrize(("name", "toe"), TURNED)
-def test_a_foot_that_is_turned_at_the_start_is_followed_at_its_full_length(
-    name: str, toe: str, tracks: Tracks, data_dir: Path
-) -> None:
+def test_a_foot_that_is_turned_at_the_start_is_followed_at_its_full_length(name, toe, tracks, data_dir):
     truth = marks_of(data_dir / "video" / f"{name}.mp4")
     found = places(tracks[LEARNED][name])
     marked = {frame: marks[toe] for frame, marks in truth.items() if toe in marks}
@@ -127,9 +113,7 @@ def test_a_foot_that_is_turned_at_the_start_is_followed_at_its_full_length(
     assert np.mean(away) < 0.08 * leg_length(truth, sorted(truth))
 
 
-def test_walks_and_runs_are_told_apart_and_every_leg_that_walks_stands_as_long_as_legs_do(
-    eight: dict[str, Track],
-) -> None:
+def test_walks_and_runs_are_told_apart_and_every_leg_that_walks_stands_as_long_as_legs_do(eight):
     gaits = {name: gait_of(track) for name, track in eight.items()}
     assert {name: gait.motion == "walk" for name, gait in gaits.items()} == {
         name: "walk" in name for name in gaits
@@ -152,7 +136,7 @@ def test_walks_and_runs_are_told_apart_and_every_leg_that_walks_stands_as_long_a
     assert stances["gym_walk_rl", "far"] == pytest.approx(61.9, abs=5.0)
 
 
-def doubted(path: Path) -> bool:
+def doubted(path):
     """Whether it is said of a clip's first whole marks with legs exchanged that they name them wrongly."""
     start = first_whole(marks_of(path))
     marks = {other_side(name): mark for name, mark in marks_of(path)[start].items()}
@@ -160,8 +144,6 @@ def doubted(path: Path) -> bool:
     return look(prepare(job), QUIET).misnamed > DOUBTED
 
 
-def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_doubted(
-    clips: list[Path], tracks: Tracks
-) -> None:
+def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_doubted(clips, tracks):
     assert not any(track.misnamed > 0.0 for track in tracks[LEARNED].values())
     assert sum(doubted(path) for path in clips) >= 11

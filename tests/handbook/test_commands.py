@@ -1,16 +1,18 @@
-"""Every command and Python block of the pages, every example of the help and the notebook are run."""
+"""Every command and Python block of the pages, every example of the help and the notebook are run, and what
+the Makefile installs is told."""
 
 import inspect
 import json
 import re
 import shlex
+import tomllib
 
 import matplotlib.pyplot as plt
 import pytest
 
 from tests.handbook import stage as staging
 from tests.handbook.blocks import PAGES, ROOT, blocks_in, blocks_of
-from tests.handbook.stage import IN_ITS_PLACE, NOT_RUN, CommandFailedError, run, set_up
+from tests.handbook.stage import IN_ITS_PLACE, NOT_RUN, CommandFailedError, run, run_process, set_up
 from tests.tracker.clips import figtrack
 from tracker.cli.app import COMMANDS
 
@@ -20,6 +22,7 @@ OF_PAGES = [words for block in ALL if block.kind == "commands" for words in bloc
 READ_LATER = ("learn", "track")  # whose results other examples read
 NOTEBOOK = "docs/walk.ipynb"
 CELLS = json.loads((ROOT / NOTEBOOK).read_text(encoding="utf-8"))["cells"]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 CODE = ["".join(cell["source"]) for cell in CELLS if cell["cell_type"] == "code"]
 
 
@@ -132,3 +135,14 @@ def test_the_notebook_is_kept_without_results():
     code = [cell for cell in CELLS if cell["cell_type"] == "code"]
     assert len(code) == len(CODE) > 3
     assert not any(cell["outputs"] or cell["execution_count"] for cell in code)
+
+
+@pytest.mark.parametrize(
+    ("target", "wanted"), [("installed", "."), ("installed-dev", ".[dev]"), ("installed-bench", ".[bench]")]
+)
+def test_an_environment_is_installed_by_commands_that_name_the_project_and_an_extra(target, wanted):
+    told = run_process(["make", "--dry-run", "--always-make", f".venv/{target}"], cwd=ROOT)
+    words = shlex.split(told)
+    named = [words[i + 1] for i, word in enumerate(words) if word == "--editable"]
+    assert named == [wanted, wanted]  # by uv, or else by pip
+    assert wanted == "." or wanted[2:-1] in EXTRAS

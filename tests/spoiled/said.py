@@ -8,6 +8,10 @@ from tests.spoiled.stock import words
 from tests.tracker.clips import figtrack
 
 PLACE = Path(__file__).with_name("said.txt")
+# What Python, numpy or FFmpeg would say to a programmer.
+JARGON = re.compile(
+    r"Traceback|\w+(Error|Exception|Warning)\b|\[Errno|<class|object at 0x|codec|recursion|sys\."
+)
 
 
 def told(case: Case, folder: Path) -> tuple[int, str]:
@@ -22,6 +26,15 @@ def letters(text: str, folder: Path) -> str:
     named = re.sub(r"json: .*? at line \d+ column \d+", "json", text.replace(str(folder), "FOLDER"))
     named = re.sub(r" \(at line \d+, column \d+\)", "", named)
     return "\n".join(line.rstrip() for line in named.splitlines() if line.strip())
+
+
+def check_line(text: str) -> None:
+    """One line, of which somebody who knows no Python can make something."""
+    (line,) = text.splitlines()
+    assert line.startswith("error: "), line
+    assert line.isprintable(), line
+    assert not JARGON.search(line), line
+    assert re.search(r"; |should be", line), f"what is to be done? {line}"
 
 
 def read_said() -> dict[str, str]:

@@ -68,11 +68,9 @@ def fill(folder, clip):
         cv2.imwrite(str(folder / "images" / f"{t}.png"), image[..., ::-1])
     write_table(folder / "marks.csv", clip.rows([0]))
     write_table(folder / "truth.csv", clip.rows(range(FRAMES)))
-    write_table(
-        folder / "jobs.csv", [("walk.mp4", "marks.csv", "cv", "job")], ("video", "keypoints", "model", "out")
-    )
-    job = [("walk.mp4", "marks.csv", "cv", "job")]
-    write_table(folder / "one.csv", job, ("video", "keypoints", "model", "out"))
+    for name in ("jobs.csv", "one.csv"):
+        job = ("walk.mp4", "marks.csv", "cv", "job")
+        write_table(folder / name, [job], ("video", "keypoints", "model", "out"))
     (folder / "mine.toml").write_bytes((resources.files("kinematics") / "figures/walker.toml").read_bytes())
     saved(folder / "m.npz", gait_model())
     (folder / "quick.toml").write_text("rounds = 1\n")

@@ -1,16 +1,13 @@
 """Bits turned at random: whatever a command makes of it, it is done or ends in one clear line."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
+from tests.spoiled.said import check_line
 from tests.spoiled.spoil import flip
 from tests.spoiled.stock import FOREIGN, words
-from tests.spoiled.test_spoiled import check_line
 from tests.tracker.clips import figtrack
-from tests.tracker.processes import AT_HOME
+from tests.tracker.processes import ran
 from tracker.batch.jobs import JobsError, read_jobs
 from tracker.foreign.start_marks import read_start
 from tracker.foreign.text_files import ForeignError
@@ -93,10 +90,8 @@ def test_flipped_bits_of_pictures_are_decoded_or_refused_and_no_library_crashes(
             place.write_bytes((folder / name).read_bytes())
         paths.append(place)
     # In a process of its own, which a crash within FFmpeg would end.
-    ran = subprocess.run(
-        [sys.executable, "-c", DECODE, *paths], capture_output=True, text=True, check=False, env=AT_HOME
-    )
-    assert (ran.returncode, ran.stderr) == (0, "")
-    lines = ran.stdout.splitlines()
+    status, out, errors = ran(DECODE, *paths)
+    assert (status, errors) == (0, "")
+    lines = out.splitlines()
     assert len(lines) == FLIPS
     assert any(not line.isdecimal() for line in lines)

@@ -3,23 +3,36 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from functools import partial
 
 import pytest
 
+from tests.spoiled.said import check_line
 from tests.spoiled.stock import FRAMES, words
-from tests.spoiled.test_spoiled import check_line
 from tests.tracker.clips import everything, read_json, write_video
-from tests.tracker.processes import AT_HOME, ended, started
+from tests.tracker.processes import ended, ran, started
 from videos.frames import Video
 
 pytestmark = pytest.mark.whole
 
 resource = pytest.importorskip("resource", reason="limits and signals are another thing there")
 FULL = "error: no room to write (File too large); make some, or choose another --out\n"
+LOUD = [word for word in words("track") if word != "--quiet"]
+LONG = ["long.mp4" if word == "walk.mp4" else word for word in LOUD]
+
+
+@pytest.fixture
+def long_film(folder):
+    """A film of the clip again and again, in the folder one is in."""
+    write_video(folder / "long.mp4", [frame.image for frame in Video(folder / "walk.mp4")] * 20)
+
+
+def begun(*line, **how):
+    """The process of a command that has told of its first step."""
+    process = started(*line, "--progress", "json", **how)
+    assert json.loads(process.stderr.readline())["done"] == 0
+    return process
 
 
 def without_room(room):
@@ -50,8 +63,7 @@ def test_what_is_printed_onto_a_full_disk_is_missed_in_one_line(folder, command)
 )
 def test_a_stream_that_is_closed_is_no_reason_to_fail(folder, stream, style):
     number = ["stdin", "stdout", "stderr"].index(stream)
-    line = [word for word in words("track") if word != "--quiet"]
-    status, out, errors = ended(*line, "--progress", style, before=lambda: os.close(number))
+    status, out, errors = ended(*LOUD, "--progress", style, before=lambda: os.close(number))
     assert status == 0, errors
     assert "Traceback" not in errors
     assert read_json(folder / "run" / "run.json")["frames"] == FRAMES
@@ -67,19 +79,16 @@ def test_a_refusal_is_one_whatever_stream_is_closed(folder, stream):
 
 def test_progress_that_cannot_be_written_costs_no_results(folder):
     with open("/dev/full", "w") as full:
-        status, out, _ = ended(*[word for word in words("track") if word != "--quiet"], stderr=full)
+        status, out, _ = ended(*LOUD, stderr=full)
     assert status == 0
     assert "4 frames of" in out
     assert read_json(folder / "run" / "run.json")["frames"] == FRAMES
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
-def test_what_is_told_to_end_leaves_the_old_run_and_nothing_else(folder, number):
-    write_video(folder / "long.mp4", [frame.image for frame in Video(folder / "walk.mp4")] * 20)
+def test_what_is_told_to_end_leaves_the_old_run_and_nothing_else(folder, long_film, number):
     before = everything(folder)
-    words_long = ["long.mp4" if word == "walk.mp4" else word for word in words("track")]
-    process = started(*[word for word in words_long if word != "--quiet"], "--progress", "json")
-    assert json.loads(process.stderr.readline())["done"] == 0
+    process = begun(*LONG)
     process.send_signal(number)
     errors = process.communicate(timeout=120)[1]
     assert process.returncode == 1
@@ -105,10 +114,7 @@ class Interrupted:
 
 sys.meta_path.insert(0, Interrupted())
 figtrack.main()"""
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=AT_HOME
-    )
-    assert (ran.returncode, ran.stderr) == (1, "error: interrupted; nothing was written\n")
+    assert ran(code) == (1, "", "error: interrupted; nothing was written\n")
 
 
 ANSWERED_BACK = {
@@ -156,10 +162,7 @@ def command():
 
 sys.modules["tracker.cli.app"] = types.SimpleNamespace(main=command)
 figtrack.main()"""
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=AT_HOME, timeout=50
-    )
-    assert (ran.returncode, ran.stderr) == (1, "error: interrupted; nothing was written\n")
+    assert ran(code, timeout=50) == (1, "", "error: interrupted; nothing was written\n")
 
 
 def test_an_interrupt_does_not_come_once_more_to_a_command_that_has_ended():
@@ -171,18 +174,13 @@ figtrack._once_more(signal.SIGTERM)
 signal.signal(signal.SIGTERM, signal.SIG_DFL)
 time.sleep(10 * figtrack.LATER)
 print("alive")"""
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=50
-    )
-    assert (ran.returncode, ran.stdout) == (0, "alive\n")
+    assert ran(code) == (0, "alive\n", "")
 
 
-def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
-    images = [frame.image for frame in Video(folder / "walk.mp4")]
-    write_video(folder / "long.mp4", images * 20)
+def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder, long_film):
     table = "video,keypoints,model,out\nwalk.mp4,marks.csv,cv,a\nlong.mp4,marks.csv,cv,b\n"
     (folder / "jobs.csv").write_text(table)
-    process = started("batch", "jobs.csv", "--workers", "1", "--progress", "json")
+    process = begun("batch", "jobs.csv", "--workers", "1")
     while json.loads(process.stderr.readline())["done"] == 0:
         pass
     for _ in range(3):
@@ -198,10 +196,8 @@ def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
 
 
 def test_what_nohup_begins_outlives_its_terminal(folder):
-    line = [word for word in words("track") if word != "--quiet"]
     ignored = partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
-    ignoring = started(*line, "--progress", "json", "--no-overlay", before=ignored)
-    assert json.loads(ignoring.stderr.readline())["done"] == 0
+    ignoring = begun(*LOUD, "--no-overlay", before=ignored)
     ignoring.send_signal(signal.SIGHUP)
     ignoring.communicate(timeout=120)
     assert ignoring.returncode == 0
@@ -215,13 +211,9 @@ def test_a_reader_that_hangs_up_is_no_error_to_speak_of(folder):
     assert process.wait(120) == 1
 
 
-def test_what_is_killed_outright_leaves_the_old_run_and_the_next_run_is_not_in_its_way(folder):
-    images = [frame.image for frame in Video(folder / "walk.mp4")]
-    write_video(folder / "long.mp4", images * 20)
+def test_what_is_killed_outright_leaves_the_old_run_and_the_next_run_is_not_in_its_way(folder, long_film):
     before = everything(folder / "run")
-    words_long = ["long.mp4" if word == "walk.mp4" else word for word in words("track")]
-    process = started(*[word for word in words_long if word != "--quiet"], "--progress", "json")
-    assert json.loads(process.stderr.readline())["done"] == 0
+    process = begun(*LONG)
     time.sleep(0.3)
     process.send_signal(signal.SIGKILL)
     process.communicate(timeout=120)

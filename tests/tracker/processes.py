@@ -25,6 +25,13 @@ def started(*line, before=None, environment=None, **more):
     return subprocess.Popen(command, env=AT_HOME | (environment or {}), preexec_fn=prepared, **pipes)
 
 
+def ran(code, *arguments, timeout=120):
+    """Status of a fresh interpreter that runs this, and what it wrote to stdout and stderr."""
+    words = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(words, env=AT_HOME, capture_output=True, text=True, check=False, timeout=timeout)
+    return done.returncode, done.stdout, done.stderr
+
+
 def printed_by(code, folder=ROOT):
     """The lines that a fresh interpreter prints, in a folder."""
     words, environment = [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(ROOT)}

@@ -1,9 +1,9 @@
 """One clip followed one way, and what came of it."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 from typing import TypeVar
 
@@ -29,7 +29,7 @@ from tracker.tables.keypoints import Marks, read_keypoints
 QUIET = Progress("quiet")
 Array = NDArray[np.float64]
 Answer = TypeVar("Answer")
-Asked = TypeVar("Asked")
+Key = TypeVar("Key")
 
 START = 0
 BEFORE_ALL = -1  # a start from which on every marked frame is scored
@@ -68,14 +68,6 @@ Way = Ours | Flow | Boxes
 
 
 @dataclass(frozen=True)
-class Case:
-    """A clip, and the way it is to be followed."""
-
-    clip: Path
-    way: Way
-
-
-@dataclass(frozen=True)
 class Outcome:
     """Errors against the hand marks, and against the colour band where the clip has one.
 
@@ -91,33 +83,25 @@ class Outcome:
     labelled: float | None = None
 
 
-def outcome(case: Case) -> Outcome:
+def outcome(way: Way, clip: Path) -> Outcome:
     """Follow the clip from its first whole frame of marks, or from none; the errors at its marks."""
-    marks, band = marks_of(case.clip), band_of(case.clip)
+    marks, band = marks_of(clip), band_of(clip)
     last, start = max(max(marks), max(band, default=0)), first_whole(marks)
     labelled = None
-    if isinstance(case.way, Ours):
-        way = case.way
+    if isinstance(way, Ours):
+        how = {"model": way.model, "settings": way.settings, "smooth": way.smooth}
         if way.marked:
-            job = Job(
-                case.clip,
-                marks,
-                model=way.model,
-                settings=way.settings,
-                start=start,
-                stop=last,
-                smooth=way.smooth,
-            )
+            job = Job(clip, marks, start=start, stop=last, **how)
         else:
-            job, start = asked(Following(model=way.model), case.clip, None, way.settings, QUIET), BEFORE_ALL
+            job, start = asked(Following(model=way.model), clip, None, way.settings, QUIET), BEFORE_ALL
         same = way.marked and way.settings.outline and way.settings.mode == "full"
-        track = follow(job, QUIET, seen=_seen(case.clip, start, last) if same else None).track
+        track = follow(job, QUIET, seen=_seen(clip, start, last) if same else None).track
         found, spread = places(track), distances(track, marks, start)
-        motion = "walk" if "walk" in case.clip.stem else "run"
+        motion = "walk" if "walk" in clip.stem else "run"
         if motion in track.labels:
             labelled = float(np.mean([each == motion for each in track.motions]))
     else:
-        found, spread = _rival_places(case.clip, marks, case.way, last), None
+        found, spread = _rival_places(clip, marks, way, last), None
     return Outcome(score(marks, found, start), spread, band_error(found, band) if band else None, labelled)
 
 
@@ -155,21 +139,31 @@ def band_error(found: Mapping[int, Places], band: Mapping[int, tuple[float, floa
 
 
 def measured(
-    function: Callable[[Asked], Answer], asked: Sequence[Asked], progress: Progress, name: str
+    function: Callable[..., Answer], asked: Iterable[tuple[object, ...]], progress: Progress, name: str
 ) -> list[Answer]:
     """The function of everything asked, in order, two at a time."""
     with spawned() as pool:
-        return each(pool, function, [(item,) for item in asked], progress, name)
+        return each(pool, function, asked, progress, name)
+
+
+def measured_by(
+    keys: Iterable[Key],
+    items: Collection[object],
+    function: Callable[..., Answer],
+    progress: Progress,
+    name: str,
+) -> dict[Key, list[Answer]]:
+    """The function of each key with every item, by the key; keys that are the same are measured once."""
+    different = list(dict.fromkeys(keys))
+    found = iter(measured(function, product(different, items), progress, name))
+    return {key: list(islice(found, len(items))) for key in different}
 
 
 def outcomes(
     clips: Sequence[Path], ways: Iterable[Way], progress: Progress, name: str
 ) -> dict[Way, list[Outcome]]:
-    """Outcomes on all clips of every way; those that are the same are measured once."""
-    different = list(dict.fromkeys(ways))
-    cases = [Case(clip, way) for way in different for clip in clips]
-    found = measured(outcome, cases, progress, name)
-    return {way: found[i * len(clips) : (i + 1) * len(clips)] for i, way in enumerate(different)}
+    """Outcomes on all clips of every way."""
+    return measured_by(ways, clips, outcome, progress, name)
 
 
 def _rival_places(

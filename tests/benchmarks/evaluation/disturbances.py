@@ -105,18 +105,19 @@ DISTURBANCES: dict[str, Callable[[Film], Film]] = {
 
 def moved(row: dict[str, Mark], rng: np.random.Generator) -> dict[str, Mark]:
     """The marks of one frame with Gaussian noise of 3 px on both coordinates."""
-    return {name: _beside(mark, START_NOISE, rng) for name, mark in row.items()}
+    return {name: beside(mark, START_NOISE, rng) for name, mark in row.items()}
 
 
 def guessed(row: dict[str, Mark], joints: Collection[str], rng: np.random.Generator) -> dict[str, Mark]:
     """The marks of one frame, those of the joints not visible and with Gaussian noise of 4 px."""
     return {
-        name: replace(_beside(mark, GUESS_NOISE, rng), visible=False) if name in joints else mark
+        name: replace(beside(mark, GUESS_NOISE, rng), visible=False) if name in joints else mark
         for name, mark in row.items()
     }
 
 
-def _beside(mark: Mark, noise: float, rng: np.random.Generator) -> Mark:
+def beside(mark: Mark, noise: float, rng: np.random.Generator) -> Mark:
+    """A mark with Gaussian noise of so many pixels on both coordinates."""
     return replace(mark, x=mark.x + rng.normal(0.0, noise), y=mark.y + rng.normal(0.0, noise))
 
 

@@ -31,14 +31,8 @@ class Tuned:
 
 
 def tune(results: Mapping[Values, Sequence[Outcome]]) -> Tuned:
-    """Choose among the outcomes (clips) of each combination of values.
-
-    Raises:
-        ValueError: fewer than two clips, so that nothing is left to choose by.
-    """
+    """Choose among the outcomes (clips) of each combination of values."""
     clips = len(next(iter(results.values())))
-    if clips < 2:
-        raise ValueError(f"one clip is left out in turn, so there must be two at least; got {clips}")
     best = _best(results, range(clips))
     chosen = [_best(results, [other for other in range(clips) if other != clip]) for clip in range(clips)]
     held_out = [results[values][clip] for clip, values in enumerate(chosen)]

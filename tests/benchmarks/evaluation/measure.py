@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.benchmarks.evaluation import ways
 from tests.benchmarks.evaluation.cases import Ours, Outcome, Way, outcomes
 from tests.benchmarks.evaluation.held_out import Tuned, tune
-from tests.benchmarks.evaluation.ways import CV, DEFAULT, HARD, RIVALS, Grid, Plan, Values
+from tests.benchmarks.evaluation.ways import CV, DEFAULT, GRIDS, HARD, RIVALS
 from tracker.progress import Progress
 
 
@@ -16,14 +17,14 @@ class Results:
 
     rows     : models and rivals by name
     switched : the default model with one setting switched off, by name
-    grids    : what was tuned, and on what, by name
+    tuned    : what was chosen from each grid
     hard     : the hard clips, what is compared on them, and the default from no marks on all clips
     """
 
     clips: tuple[Path, ...]
     rows: dict[str, list[Outcome]]
     switched: dict[str, list[Outcome]]
-    grids: dict[str, "Tuning"]
+    tuned: dict[str, Tuned]
     hard: "Hard"
 
 
@@ -37,33 +38,22 @@ class Hard:
     unmarked: list[Outcome]
 
 
-@dataclass(frozen=True)
-class Tuning:
-    """The outcomes of a grid by values, and what they choose."""
-
-    grid: Grid
-    outcomes: dict[Values, list[Outcome]]
-    tuned: Tuned
-
-
-def measure(clips: Sequence[Path], hard: Sequence[Path], plan: Plan, progress: Progress) -> Results:
-    """Follow every clip every way of the plan, and the hard ones the ways of HARD, which choose nothing."""
-    ways = [way for grid in plan.grids.values() for way in grid.ways.values()]
-    found = outcomes(clips, ways, progress, "grids")
-    grids = {}
-    for name, grid in plan.grids.items():
-        of_values = {values: found[way] for values, way in grid.ways.items()}
-        grids[name] = Tuning(grid, of_values, tune(of_values))
-    best = dict(zip(grids[CV].grid.names, grids[CV].tuned.best, strict=True))
-    rows, switched = plan.rows(best), plan.switched()
+def measure(clips: Sequence[Path], hard: Sequence[Path], progress: Progress) -> Results:
+    """Follow every clip every way, and the hard ones the ways of HARD, which choose nothing."""
+    tried = [way for grid in GRIDS.values() for way in grid.ways.values()]
+    found = outcomes(clips, tried, progress, "grids")
+    tuned = {
+        name: tune({values: found[way] for values, way in grid.ways.items()}) for name, grid in GRIDS.items()
+    }
+    rows = ways.rows(dict(zip(GRIDS[CV].tried, tuned[CV].best, strict=True)))
+    switched = ways.switched()
     found = outcomes(clips, [*rows.values(), *switched.values()], progress, "models and switches")
     return Results(
         clips=tuple(clips),
-        rows={name: found[way] for name, way in rows.items()}
-        | {rival: grids[rival].tuned.tuned for rival in RIVALS if rival in grids},
+        rows={name: found[way] for name, way in rows.items()} | {name: tuned[name].tuned for name in RIVALS},
         switched={name: found[way] for name, way in switched.items()},
-        grids=grids,
-        hard=_hard(clips, hard, {name: rows[name] for name in HARD if name in rows}, switched, progress),
+        tuned=tuned,
+        hard=_hard(clips, hard, {name: rows[name] for name in HARD}, switched, progress),
     )
 
 

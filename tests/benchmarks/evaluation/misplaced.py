@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,7 +13,8 @@ from kinematics.recover import PoseError
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.calibration import TWO_SIGMA, distance, mark_noise
 from tests.benchmarks.evaluation.cases import BEFORE_ALL, QUIET, first_whole, marks_of
-from tests.benchmarks.page import Claim, table
+from tests.benchmarks.evaluation.disturbances import beside
+from tests.benchmarks.page import Claim, chapter, table
 from tests.benchmarks.rendered.filming import film
 from tests.benchmarks.rendered.measure import AWAY, start_frame
 from tests.benchmarks.rendered.plans import planned
@@ -60,10 +62,7 @@ def _careless(pixels: float) -> Change:
     """Gaussian noise on every coordinate."""
 
     def change(row: Row, later: Row, leg: float, rng: np.random.Generator) -> dict[str, Mark]:
-        return {
-            name: replace(mark, x=mark.x + rng.normal(0.0, pixels), y=mark.y + rng.normal(0.0, pixels))
-            for name, mark in row.items()
-        }
+        return {name: beside(mark, pixels, rng) for name, mark in row.items()}
 
     return change
 
@@ -86,15 +85,6 @@ WAYS: dict[str, Change] = {
 
 
 @dataclass(frozen=True)
-class Case:
-    """A film and a way of misplacing; `film` is a marked clip or the seed of a rendered film."""
-
-    film: Path | int
-    way: str
-    trials: Path
-
-
-@dataclass(frozen=True)
 class Told:
     """What came of it.
 
@@ -112,16 +102,21 @@ class Told:
     sure: int = 0
 
 
-def told(case: Case) -> Told:
-    """Follow the film from misplaced marks."""
-    if isinstance(case.film, Path):
-        marks = marks_of(case.film)
-        return _followed(case.film, marks, first_whole(marks), case.way)
-    made = film(planned(case.film, read_trials(case.trials)))
+def told(trials: Path, shown: Path | int, way: str) -> Told:
+    """Follow a film from misplaced marks.
+
+    Args:
+        trials: table of the captures that rendered films are of.
+        shown: a marked clip, or the seed of a rendered film.
+    """
+    if isinstance(shown, Path):
+        marks = marks_of(shown)
+        return _followed(shown, marks, first_whole(marks), way)
+    made = film(planned(shown, read_trials(trials)))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         made.write(path)
-        return _followed(path, made.marks, start_frame(made), case.way)
+        return _followed(path, made.marks, start_frame(made), way)
 
 
 def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
@@ -166,17 +161,14 @@ def _sure(track: Track, row: Row, frame: int, leg: float) -> bool:
     return 2 * sum(outside) > len(outside)
 
 
-Answers = Sequence[tuple[Case, Told]]
+Case = tuple[Path | int, str]  # what is shown, and a way of misplacing
+Answers = Mapping[Case, Told]
 
 
-def cases(folders: Sequence[Path], trials: Path) -> list[Case]:
+def cases(clips: Sequence[Path]) -> list[Case]:
     """Every way on every clip, and a rendered film each after the other one way."""
-    clips = [clip for folder in folders for clip in sorted(folder.glob("*.mp4"))]
     names = list(WAYS)
-    return [
-        *(Case(clip, way, trials) for clip in clips for way in names),
-        *(Case(seed, names[seed % len(names)], trials) for seed in RENDERED),
-    ]
+    return [*product(clips, names), *((seed, names[seed % len(names)]) for seed in RENDERED)]
 
 
 HEADER = ("marks", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
@@ -190,8 +182,8 @@ warning. A frame is off by more than {away:g} leg lengths in the mean; it is cal
 
 def claims(answers: Answers) -> list[Claim]:
     """How well the tracker is to know itself."""
-    off, sure = sum(each.off for _, each in answers), sum(each.sure for _, each in answers)
-    legs = [each for case, each in answers if case.way == "legs exchanged" and isinstance(case.film, Path)]
+    off, sure = (sum(getattr(each, name) for each in answers.values()) for name in ("off", "sure"))
+    legs = _of(answers, "legs exchanged", Path)
     unsaid = sum(each.wrong and not each.warned for each in legs)
     return [
         Claim("share of the frames off that are called sure", sure / max(off, 1), 0.05),
@@ -205,13 +197,13 @@ def section(answers: Answers) -> list[str]:
     for way in WAYS:
         pairs = zip(*(_counts(_of(answers, way, kind)) for kind in (Path, int)), strict=True)
         rows.append([way, *(f"{clips}, {films}" for clips, films in pairs)])
-    clips = len({case.film for case, _ in answers if isinstance(case.film, Path)})
+    clips = len({shown for shown, _ in answers if isinstance(shown, Path)})
     method = METHOD.format(clips=clips, films=len(RENDERED), away=AWAY)
-    return ["## Marks put wrongly", "", method, *table(HEADER, rows)]
+    return chapter("## Marks put wrongly", method, table(HEADER, rows))
 
 
 def _of(answers: Answers, way: str, kind: type) -> list[Told]:
-    return [told for case, told in answers if case.way == way and isinstance(case.film, kind)]
+    return [each for (shown, by), each in answers.items() if by == way and isinstance(shown, kind)]
 
 
 def _counts(of: Sequence[Told]) -> list[int]:

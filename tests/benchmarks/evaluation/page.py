@@ -17,11 +17,12 @@ from tests.benchmarks.evaluation.ways import (
     DEFAULT,
     FILTERED,
     FLOW,
+    GRIDS,
     MANY_STATES,
     ONE_STATE,
     RIVALS,
 )
-from tests.benchmarks.page import TRY, Claim, claim_table, number, table, written
+from tests.benchmarks.page import Claim, chapter, claim_table, number, table, written
 from tests.benchmarks.rivals import correlation
 from tracker.run.score import Score
 
@@ -73,57 +74,36 @@ the others.
 """
 
 
-def page(results: Results, quick: bool) -> str:
+def page(results: Results) -> str:
     """The whole text."""
-    lines = [
-        "# Results on the open clips",
-        "",
-        f"{written('evaluate')}.",
-        *([TRY] if quick else []),
-        "",
-        METHOD,
-        "## What is wanted",
-        "",
-        *claim_table(claims(results)),
-        "## Models and rivals",
-        "",
-        MODELS.format(tracker=correlation.kind()),
-        *table(HEADER, [[name, *_summary(row)] for name, row in results.rows.items()]),
-        "## Each clip",
-        "",
-        CLIPS,
-        *_clips(results),
-        "## Hard clips, and no marks",
-        "",
-        HARD_CLIPS,
-        *_hard(results),
-        "## One part disabled",
-        "",
-        SWITCHES,
-        *_switched(results),
-        "## Calibration",
-        "",
-        CALIBRATION,
-        *_calibration(results),
-        "## What tuning to these clips gives",
-        "",
-        CHOICE,
-        *_held_out(results),
-    ]
-    return "\n".join(lines)
+    models = table(HEADER, [[name, *_summary(row)] for name, row in results.rows.items()])
+    return "\n".join(
+        [
+            *chapter("# Results on the open clips", f"{written('evaluate')}.", METHOD),
+            *chapter("## What is wanted", claim_table(claims(results))),
+            *chapter("## Models and rivals", MODELS.format(tracker=correlation.kind()), models),
+            *chapter("## Each clip", CLIPS, _clips(results)),
+            *chapter("## Hard clips, and no marks", HARD_CLIPS, _hard(results)),
+            *chapter("## One part disabled", SWITCHES, _switched(results)),
+            *chapter("## Calibration", CALIBRATION, _calibration(results)),
+            *chapter("## What tuning to these clips gives", CHOICE, _held_out(results)),
+        ]
+    )
 
 
 def claims(results: Results) -> list[Claim]:
     """What the default model is to reach."""
     rows, own = results.rows, results.rows[DEFAULT]
     mean = mean_error(own)
-    tuned, unseen = results.grids[DEFAULT].tuned, results.grids[CV].tuned.held_out
-    rivals = min(mean_error(rows[name]) for name in RIVALS if name in rows)
+    tuned, unseen = results.tuned[DEFAULT], results.tuned[CV].held_out
+    rivals = min(mean_error(rows[name]) for name in RIVALS)
     worst = {True: 0.0, False: 0.0}
     for clip, found in zip(results.clips, own, strict=True):
         walks = "walk" in clip.stem
         worst[walks] = max(worst[walks], found.score.mean_error_leg)
-    wanted = [
+    bands = [found.band for found in own if found.band is not None]
+    spread = _spread(own)
+    return [
         Claim("lost", _lost(own), 0),
         Claim("swaps", _swaps(own), 0),
         Claim("median error", _median(own), 0.035),
@@ -135,14 +115,11 @@ def claims(results: Results) -> list[Claim]:
         Claim("mean error against the best rival", mean / rivals, 0.35),
         *_of_many_states(rows),
         Claim("mean error held out against tuned", tuned.ratio, 1.2),
+        Claim("knee against the colour band, px", max(bands), 3.0),
+        Claim("NEES", nees(spread), 4.0, 1.0),
+        Claim("inside two sigma", inside(spread), 0.95, 0.75),
+        *_of_hard(results),
     ]
-    bands = [found.band for found in own if found.band is not None]
-    if bands:
-        wanted.append(Claim("knee against the colour band, px", max(bands), 3.0))
-    spread = _spread(rows[DEFAULT])
-    wanted.append(Claim("NEES", nees(spread), 4.0, 1.0))
-    wanted.append(Claim("inside two sigma", inside(spread), 0.95, 0.75))
-    return [*wanted, *_of_hard(results)]
 
 
 def cell(found: Score) -> str:
@@ -153,7 +130,7 @@ def cell(found: Score) -> str:
 
 def _of_many_states(rows: dict[str, list[Outcome]]) -> list[Claim]:
     pairs = ((DEFAULT, ALONE), (DEFAULT, ONE_STATE), (MANY_STATES, ALONE))
-    return [claim for many, one in pairs if {many, one} <= rows.keys() for claim in _against(rows, many, one)]
+    return [claim for many, one in pairs for claim in _against(rows, many, one)]
 
 
 def _against(rows: dict[str, list[Outcome]], many: str, one: str) -> list[Claim]:
@@ -224,7 +201,8 @@ def _of_hard(results: Results) -> list[Claim]:
     eight, hard = len(results.clips), results.hard
     four, unmarked = hard.rows[DEFAULT], hard.unmarked
     own = results.rows[DEFAULT] + four
-    wanted = [
+    alone, constant = (results.rows[name] + hard.rows[name] for name in (CV_ALONE, CV))
+    return [
         Claim("all clips: lost", _lost(own), 0),
         Claim("all clips: swaps", _swaps(own), 0),
         Claim("eight clips: mean error", mean_error(own[:eight]), 0.038),
@@ -233,16 +211,8 @@ def _of_hard(results: Results) -> list[Claim]:
         Claim("all clips: frames rightly labelled", _labelled(own), inf, 0.97),
         Claim("hard clips: NEES", nees(_spread(four)), 4.0, 1.0),
         Claim("hard clips: inside two sigma", inside(_spread(four)), 0.95, 0.8),
-    ]
-    if CV_ALONE in hard.rows:
-        alone = results.rows[CV_ALONE] + hard.rows[CV_ALONE]
-        constant = results.rows[CV] + hard.rows[CV]
-        wanted += [
-            Claim(f"all clips: mean error against {CV_ALONE}", mean_error(own) / mean_error(alone), 0.4),
-            Claim(f"all clips: mean error against {CV}", mean_error(own) / mean_error(constant), 1.0),
-        ]
-    return [
-        *wanted,
+        Claim(f"all clips: mean error against {CV_ALONE}", mean_error(own) / mean_error(alone), 0.4),
+        Claim(f"all clips: mean error against {CV}", mean_error(own) / mean_error(constant), 1.0),
         Claim("no marks: lost", _lost(unmarked), 0),
         Claim("no marks: swaps", _swaps(unmarked), 0),
         Claim("no marks, eight clips: mean error", mean_error(unmarked[:eight]), 0.046),
@@ -282,18 +252,10 @@ def _labelled(row: Sequence[Outcome]) -> float:
 
 def _held_out(results: Results) -> list[str]:
     rows = []
-    for name, tuning in results.grids.items():
-        tuned = tuning.tuned
-        chosen = ", ".join(f"{n} {v}" for n, v in zip(tuning.grid.names, tuned.best, strict=True))
-        rows.append(
-            [
-                name,
-                chosen,
-                f"{mean_error(tuned.tuned):.3f}",
-                f"{mean_error(tuned.held_out):.3f}",
-                f"{tuned.ratio:.2f}",
-            ]
-        )
+    for name, tuned in results.tuned.items():
+        chosen = ", ".join(f"{n} {v}" for n, v in zip(GRIDS[name].tried, tuned.best, strict=True))
+        errors = [f"{mean_error(of):.3f}" for of in (tuned.tuned, tuned.held_out)]
+        rows.append([name, chosen, *errors, f"{tuned.ratio:.2f}"])
     return table(("way", "best on all", "mean error tuned", "held out", "ratio"), rows)
 
 

@@ -4,7 +4,7 @@ A part shows a stride or two, and the legs cross in it a few times at most: less
 settings were chosen by. What is true in it is the track of the whole clip from its marks.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice
@@ -16,13 +16,12 @@ import numpy as np
 
 from tests.benchmarks.evaluation.cases import BEFORE_ALL, QUIET, first_whole, marks_of
 from tests.benchmarks.evaluation.disturbances import Film, Image, write_film
-from tests.benchmarks.page import Claim, table
-from tests.benchmarks.rendered.measure import AWAY
+from tests.benchmarks.page import Claim, chapter, table
+from tests.benchmarks.rendered.measure import AWAY, meant
 from tracker.clip.follow import follow
 from tracker.clip.found import people, start_of
 from tracker.clip.job import Following, Job
 from tracker.clip.start import FoundError
-from tracker.outline.person import Person
 from tracker.run.score import places, score
 from tracker.tables.keypoints import Mark, Marks
 from videos.frames import Video
@@ -67,14 +66,6 @@ VIEWS: dict[str, Callable[[Film], Film]] = {
 
 
 @dataclass(frozen=True)
-class Case:
-    """A clip, and how its parts are shown."""
-
-    clip: Path
-    view: str
-
-
-@dataclass(frozen=True)
 class Told:
     """What came of a part.
 
@@ -90,9 +81,9 @@ class Told:
     off: int = 0
 
 
-def told(case: Case) -> list[Told]:
+def told(clip: Path, view: str) -> list[Told]:
     """Of every part of the clip."""
-    return [_followed(VIEWS[case.view](part)) for part in parts(_whole(case.clip))]
+    return [_followed(VIEWS[view](part)) for part in parts(_whole(clip))]
 
 
 def parts(film: Film) -> Iterator[Film]:
@@ -125,7 +116,7 @@ def _followed(film: Film) -> Told:
         write_film(film, path)
         video = Video(path)
         everybody = people(video, QUIET)
-        how = Following(person=1 + _nearest(everybody, film.marks) if everybody else None)
+        how = Following(person=meant(everybody, film.marks) if everybody else None)
         try:
             run = follow(how.job(path, start_of(everybody, how, video)), QUIET)
         except FoundError:
@@ -138,18 +129,7 @@ def _followed(film: Film) -> Told:
     )
 
 
-def _nearest(everybody: Sequence[Person], marks: Marks) -> int:
-    """The person whose hip is nearest to the one marked."""
-    hips = np.array([(marks[frame]["hip"].x, marks[frame]["hip"].y) for frame in sorted(marks)])
-
-    def away(person: Person) -> float:
-        own = person.outline.hips
-        return float(np.median(np.hypot(*(own - hips[person.first : person.first + len(own)]).T)))
-
-    return min(range(len(everybody)), key=lambda i: away(everybody[i]))
-
-
-Answers = Sequence[tuple[Case, Sequence[Told]]]
+Answers = Mapping[tuple[Path, str], Sequence[Told]]  # by clip and view
 
 HEADER = ("shown", "parts", "refused", "exchanged, said", "not said", "frames off")
 METHOD = f"""\
@@ -158,26 +138,20 @@ of the whole clip from its marks.
 """
 
 
-def cases(folders: Sequence[Path]) -> list[Case]:
-    """Every clip in every view."""
-    clips = [clip for folder in folders for clip in sorted(folder.glob("*.mp4"))]
-    return [Case(clip, view) for clip in clips for view in VIEWS]
-
-
 def claims(answers: Answers) -> list[Claim]:
     """How often legs are to be named wrongly without a warning."""
-    every = [part for _, of_clip in answers for part in of_clip]
-    silent = [part.exchanged and not part.warned for part in every]
+    silent = [part.exchanged and not part.warned for of_clip in answers.values() for part in of_clip]
     return [Claim("share of parts with legs exchanged silently", float(np.mean(silent)), 0.03)]
 
 
 def section(answers: Answers) -> list[str]:
     """A table, a row for each view."""
-    clips = len({case.clip for case, _ in answers})
+    clips = len({clip for clip, _ in answers})
     rows = [
-        [view, *_counts([part for case, of in answers if case.view == view for part in of])] for view in VIEWS
+        [view, *_counts([part for (_, shown), of in answers.items() if shown == view for part in of])]
+        for view in VIEWS
     ]
-    return ["## Parts of films, without marks", "", METHOD.format(clips=clips), *table(HEADER, rows)]
+    return chapter("## Parts of films, without marks", METHOD.format(clips=clips), table(HEADER, rows))
 
 
 def _counts(of: Sequence[Told]) -> list[str]:

@@ -1,6 +1,6 @@
 """Write docs/measure.md: how much of a pose network's faults `track --measure` repairs.
 
-    python -m tests.benchmarks.evaluation.points CLIPS docs/measure.md [--draws N]
+    python -m tests.benchmarks.evaluation.points CLIPS docs/measure.md
 
 CLIPS holds the videos, each with its NAME.keypoints.csv. The points are smooth paths through the hand marks,
 spoiled. Two processes, of one thread each where the environment says so as in `make measure`; about ten
@@ -10,12 +10,13 @@ minutes.
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tests.benchmarks.evaluation.cases import START, marks_of, measured
+from tests.benchmarks.evaluation.cases import QUIET, START, marks_of, measured
 from tests.benchmarks.evaluation.spoiled import (
     Damage,
     by_frame,
@@ -26,7 +27,7 @@ from tests.benchmarks.evaluation.spoiled import (
     spoil,
 )
 from tests.benchmarks.evaluation.ways import DEFAULT
-from tests.benchmarks.page import table, written
+from tests.benchmarks.page import chapter, table, written
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.foreign.dlc import write_dlc
@@ -35,7 +36,7 @@ from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.settings import Settings
 
-DRAWS = 3
+DRAWS = 3  # of the damage a clip
 ASKED = Damage(exchanged=0.1, missing=0.1)
 ACCELERATIONS = (0.3, 1.0, 3.0, 10.0)  # px a frame squared; the best on these very clips is shown
 POINTS_ALONE = f"`--measure --no-templates`, {DEFAULT}"
@@ -87,16 +88,13 @@ The points are splines through the hand marks, damaged; points of real networks 
 Errors are means in leg lengths at the hand marks after frame 0. The rivals know no limb lengths and no start
 marks. Measured jitter and the state of both legs on one were added after a look at these tables.
 """
-
-
-@dataclass(frozen=True)
-class Case:
-    """A clip whose points are spoiled; `draw` seeds the damage."""
-
-    clip: Path
-    way: str
-    damage: Damage
-    draw: int
+TRIED = ", ".join(f"{acceleration:g}" for acceleration in ACCELERATIONS)
+AS_ASKED = f"""\
+Each clip has {DRAWS} draws. Direction is the median error of leg links, swaps are frames that
+stay exchanged.
+The smoother's acceleration (px a frame squared) is the best of {TRIED} on these clips.
+"""
+OTHER = "Mean error, and clips lost in brackets; 5 px jitter unless stated."
 
 
 @dataclass(frozen=True)
@@ -119,47 +117,38 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.evaluation.points", description=__doc__)
     parser.add_argument("clips", type=Path, help="folder of the marked clips")
     parser.add_argument("out", type=Path, help="the page, Markdown")
-    parser.add_argument("--draws", type=int, default=DRAWS, help="of the damage a clip")
     asked = parser.parse_args()
     clips, progress = sorted(asked.clips.glob("*.mp4")), Progress()
-    asked_for = {
-        way: measured(repaired, cases(clips, way, ASKED, asked.draws), progress, way)
-        for way in (*REPAIRS, *FOLLOWED)
-    }
-    smoother = _best(asked_for)
-    ways = (MEDIAN, smoother, POINTS_ALONE, BOTH)
-    worse = {
-        name: {way: measured(repaired, cases(clips, way, damage, 1), progress, name) for way in ways}
-        for name, damage in WORSE.items()
-    }
-    asked.out.write_text(page(clips, asked.draws, asked_for, worse), encoding="utf-8")
+
+    def row(way: str, damage: Damage, draws: int, name: str) -> Row:
+        return measured(repaired, product(clips, [way], [damage], range(draws)), progress, name)
+
+    asked_for = {way: row(way, ASKED, DRAWS, way) for way in (*REPAIRS, *FOLLOWED)}
+    ways = (MEDIAN, _best(asked_for), POINTS_ALONE, BOTH)
+    worse = {name: {way: row(way, damage, 1, name) for way in ways} for name, damage in WORSE.items()}
+    asked.out.write_text(page(clips, asked_for, worse), encoding="utf-8")
 
 
-def cases(clips: Sequence[Path], way: str, damage: Damage, draws: int) -> list[Case]:
-    """Every clip, as often as it is drawn."""
-    return [Case(clip, way, damage, draw) for clip in clips for draw in range(draws)]
-
-
-def repaired(case: Case) -> Found:
-    """Errors of one way on one clip."""
-    marks = marks_of(case.clip)
-    rng = np.random.default_rng([case.draw, *case.clip.stem.encode()])
-    bad = spoil(splined(marks), case.damage, rng)
-    if case.way in REPAIRS:
-        return Found(score(marks, by_frame(REPAIRS[case.way](bad.points, case.damage.jitter)), START))
-    model, measure, templates = FOLLOWED[case.way]
+def repaired(clip: Path, way: str, damage: Damage, draw: int) -> Found:
+    """Errors of one way on one clip; `draw` seeds the damage."""
+    marks = marks_of(clip)
+    rng = np.random.default_rng([draw, *clip.stem.encode()])
+    bad = spoil(splined(marks), damage, rng)
+    if way in REPAIRS:
+        return Found(score(marks, by_frame(REPAIRS[way](bad.points, damage.jitter)), START))
+    model, measure, templates = FOLLOWED[way]
     with TemporaryDirectory() as folder:
         path = Path(folder) / "points.csv"
         write_dlc(bad.points, path)
         job = Job(
-            *(case.clip, marks),
+            *(clip, marks),
             model=model,
             settings=Settings(templates=templates),
             start=START,
             stop=max(marks),
             measure=path if measure else None,
         )
-        run = follow(job, Progress("quiet"))
+        run = follow(job, QUIET)
     result = score(marks, places(run.track), START)
     if run.points is None:
         return Found(result)
@@ -167,44 +156,25 @@ def repaired(case: Case) -> Found:
     return Found(result, (len(true), len(said & true), len(said - true)))
 
 
-def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[str, dict[str, Row]]) -> str:
+def page(clips: Sequence[Path], asked: dict[str, Row], worse: dict[str, dict[str, Row]]) -> str:
     """The whole text."""
     smoother = _best(asked)
     kept = {way: row for way, row in asked.items() if not way.startswith(SMOOTHER) or way == smoother}
-    header = (
-        "way",
-        "mean error",
-        "direction, °",
-        f"lost of {len(clips) * draws}",
-        "swaps",
-        "exchanges found",
-    )
+    lost = f"lost of {len(clips) * DRAWS}"
+    header = ("way", "mean error", "direction, °", lost, "swaps", "exchanges found")
+    others = [[name, *(_worse(row) for row in ways.values())] for name, ways in worse.items()]
     return "\n".join(
         [
-            "# Points of a pose network",
-            "",
-            USE,
-            f"## How much is repaired, on {len(clips)} open clips",
-            "",
-            f"{written('measure')}.",
-            "",
-            METHOD,
-            "### Legs exchanged in 10 % of the frames, 10 % of the points missing, 5 px jitter",
-            "",
-            f"Each clip has {draws} draws. Direction is the median error of leg links, swaps are frames that",
-            "stay exchanged.",
-            "The smoother's acceleration (px a frame squared) is the best of "
-            f"{', '.join(f'{a:g}' for a in ACCELERATIONS)} on these clips.",
-            "",
-            *table(header, [[way, *_cells(row)] for way, row in kept.items()]),
-            "### Other damage",
-            "",
-            "Mean error, and clips lost in brackets; 5 px jitter unless stated.",
-            "",
-            *table(
-                ("damage", *worse[next(iter(worse))]),
-                [[name, *(_worse(row) for row in ways.values())] for name, ways in worse.items()],
+            *chapter("# Points of a pose network", USE),
+            *chapter(
+                f"## How much is repaired, on {len(clips)} open clips", f"{written('measure')}.", METHOD
             ),
+            *chapter(
+                "### Legs exchanged in 10 % of the frames, 10 % of the points missing, 5 px jitter",
+                AS_ASKED,
+                table(header, [[way, *_cells(row)] for way, row in kept.items()]),
+            ),
+            *chapter("### Other damage", OTHER, table(("damage", *worse[next(iter(worse))]), others)),
         ]
     )
 

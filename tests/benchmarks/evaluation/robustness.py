@@ -1,7 +1,7 @@
 """Write docs/robustness.md: what bad start marks, bad pictures, short films, hidden feet and shrubs do to a
 track.
 
-    python -m tests.benchmarks.evaluation.robustness DATA docs/robustness.md [--draws N]
+    python -m tests.benchmarks.evaluation.robustness DATA docs/robustness.md
 
 DATA holds video/ and video_hard/, of which each clip has its NAME.keypoints.csv, and mocap/trials.csv. Every
 disturbance comes alone, on the clips of video/. Two processes, of one thread each where the environment says
@@ -10,8 +10,8 @@ so as in `make robustness`; about forty minutes.
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import islice
+from functools import partial
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from kinematics.recover import PoseError
 from tests.benchmarks.evaluation import misplaced, parts
-from tests.benchmarks.evaluation.cases import START, Ours, marks_of, measured
+from tests.benchmarks.evaluation.cases import QUIET, START, Ours, marks_of, measured, measured_by
 from tests.benchmarks.evaluation.disturbances import (
     DISTURBANCES,
     GUESS_NOISE,
@@ -33,7 +33,7 @@ from tests.benchmarks.evaluation.disturbances import (
 from tests.benchmarks.evaluation.feet import FEET
 from tests.benchmarks.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
 from tests.benchmarks.evaluation.ways import DEFAULT
-from tests.benchmarks.page import Claim, claim_table, table, written
+from tests.benchmarks.page import Claim, chapter, claim_table, table, written
 from tracker.cli.demo import write_scene
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -46,7 +46,7 @@ from tracker.tables.keypoints import Marks, read_keypoints
 
 Scores = dict[str, list[Score | None]]
 
-DRAWS = 30
+DRAWS = 30  # of start marks a clip
 DROPPED = "every second frame"
 SEEN_WORSE = tuple(name for name in DISTURBANCES if name not in ("none", DROPPED))
 METHOD = f"""\
@@ -67,6 +67,7 @@ HIDDEN_FEET = f"""\
 Marks missing in frame 0, where the hedge covers the feet. A guess is marked as not visible and has
 {GUESS_NOISE:g} px of noise.
 """
+STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on both coordinates."
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
 accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
@@ -81,30 +82,6 @@ mended; the last hour (2,709 commands) found none.
 SHOTS = {**DISTURBANCES, **FILMS}
 
 
-@dataclass(frozen=True)
-class Disturbed:
-    """A clip whose pictures are disturbed."""
-
-    clip: Path
-    disturbance: str
-
-
-@dataclass(frozen=True)
-class Moved:
-    """A clip whose start marks are moved by noise; `draw` seeds it."""
-
-    clip: Path
-    draw: int
-
-
-@dataclass(frozen=True)
-class Unmarked:
-    """A clip whose start marks lack feet; `feet` names how in FEET."""
-
-    clip: Path
-    feet: str
-
-
 def main() -> None:
     """Measure everything and write the page."""
     parser = argparse.ArgumentParser(
@@ -112,45 +89,54 @@ def main() -> None:
     )
     parser.add_argument("data", type=Path, help="folder of the marked clips and the captures")
     parser.add_argument("out", type=Path, help="the page, Markdown")
-    parser.add_argument("--draws", type=int, default=DRAWS, help="of start marks a clip")
     asked = parser.parse_args()
-    folders = [asked.data / name for name in ("video", "video_hard")]
-    clips, progress = sorted(folders[0].glob("*.mp4")), Progress()
-    wrong = misplaced.cases(folders, asked.data / "mocap" / "trials.csv")
-    told = measured(misplaced.told, wrong, progress, "marks put wrongly")
-    cut = parts.cases(folders)
+    clips, hard = (sorted((asked.data / name).glob("*.mp4")) for name in ("video", "video_hard"))
+    progress = Progress()
+    wrong, cut = misplaced.cases([*clips, *hard]), list(product([*clips, *hard], parts.VIEWS))
+    told_of = partial(misplaced.told, asked.data / "mocap" / "trials.csv")
+    told = measured(told_of, wrong, progress, "marks put wrongly")
     alone = measured(parts.told, cut, progress, "parts of films")
-    pairs = list(zip(wrong, told, strict=True)), list(zip(cut, alone, strict=True))
-    text = page(clips, *measure(clips, asked.draws, progress), *pairs)
-    asked.out.write_text(text, encoding="utf-8")
+    answers = dict(zip(wrong, told, strict=True)), dict(zip(cut, alone, strict=True))
+    asked.out.write_text(page(clips, *measure(clips, progress), *answers), encoding="utf-8")
 
 
-def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores, Scores, Scores]:
+def measure(clips: Sequence[Path], progress: Progress) -> tuple[Scores, Scores, Scores, Scores]:
     """Scores of everything asked, in the order of the page.
 
     By disturbance, one a clip; by clip, one a draw of the start; by what the start lacks of its feet, one a
     clip; by way, one a rendered walk.
     """
-    pictures = [Disturbed(clip, name) for name in SHOTS for clip in clips]
-    starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
-    feet = [Unmarked(clip, name) for name in FEET for clip in clips]
-    of_pictures = iter(measured(followed, pictures, progress, "disturbed pictures"))
-    of_starts = iter(measured(followed, starts, progress, "disturbed starts"))
-    of_feet = iter(measured(followed, feet, progress, "feet not marked"))
-    of_walks = measured(past_shrubs, WALKS, progress, "rendered walks")
+    starts = measured_by(clips, range(DRAWS), from_moved_marks, progress, "disturbed starts")
+    walks = measured(past_shrubs, zip(WALKS, strict=True), progress, "rendered walks")
     return (
-        {name: list(islice(of_pictures, len(clips))) for name in SHOTS},
-        {clip.stem: list(islice(of_starts, draws)) for clip in clips},
-        {name: list(islice(of_feet, len(clips))) for name in FEET},
-        {name: [scores[name] for scores in of_walks] for name in WAYS},
+        measured_by(SHOTS, clips, disturbed, progress, "disturbed pictures"),
+        {clip.stem: row for clip, row in starts.items()},
+        measured_by(FEET, clips, without_feet, progress, "feet not marked"),
+        {name: [scores[name] for scores in walks] for name in WAYS},
     )
 
 
-def followed(case: Disturbed | Moved | Unmarked) -> Score | None:
-    """The score of the track; None where the start pose was refused."""
-    if isinstance(case, Unmarked):
-        return _without_feet(case)
-    return _with_pictures(case) if isinstance(case, Disturbed) else _with_start(case)
+def disturbed(name: str, clip: Path) -> Score | None:
+    """The score of a clip whose pictures are disturbed; None, here and below, where the start is refused."""
+    film = SHOTS[name](read_film(clip, marks_of(clip)))
+    return _score_film(film, film.marks)
+
+
+def from_moved_marks(clip: Path, draw: int) -> Score | None:
+    """The score of a clip whose start marks are moved by noise; `draw` seeds it."""
+    marks = marks_of(clip)
+    rng = np.random.default_rng([draw, *clip.stem.encode()])
+    return _score(clip, marks | {START: moved(marks[START], rng)}, marks)
+
+
+def without_feet(name: str, clip: Path) -> Score | None:
+    """The score of a clip whose start marks lack feet as FEET tells."""
+    feet, marks = FEET[name], marks_of(clip)
+    rng = np.random.default_rng(list(clip.stem.encode()))
+    given = marks | {START: feet.start(marks[START], rng)}
+    if feet.hedge:
+        return _score_film(behind_hedge(read_film(clip, marks)), given)
+    return _score(clip, given, marks)
 
 
 def past_shrubs(seed: int) -> dict[str, Score | None]:
@@ -176,40 +162,18 @@ def page(
     alone: parts.Answers,
 ) -> str:
     """The whole text, of what `measure` returns and what came of marks put wrongly and of parts of films."""
-    draws = min(len(row) for row in starts.values())
+    wanted = [*claims(clips, pictures, starts), *misplaced.claims(wrong), *parts.claims(alone)]
     return "\n".join(
         [
-            "# Robustness on the open clips",
-            "",
-            f"{written('robustness')}.",
-            *([f"**A try with {draws} draws of the start marks a clip, not {DRAWS}.**"] * (draws < DRAWS)),
-            "",
-            METHOD,
-            "## What is wanted",
-            "",
-            *claim_table([*claims(clips, pictures, starts), *misplaced.claims(wrong), *parts.claims(alone)]),
-            "## Disturbed pictures",
-            "",
-            PICTURES,
-            *_by_row(clips, pictures),
-            "## Disturbed start marks",
-            "",
-            f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on both coordinates.",
-            "",
-            *_summaries("clip", starts),
+            *chapter("# Robustness on the open clips", f"{written('robustness')}.", METHOD),
+            *chapter("## What is wanted", claim_table(wanted)),
+            *chapter("## Disturbed pictures", PICTURES, _by_row(clips, pictures)),
+            *chapter("## Disturbed start marks", STARTS, _summaries("clip", starts)),
             *misplaced.section(wrong),
             *parts.section(alone),
-            "## Feet that are not marked",
-            "",
-            HIDDEN_FEET,
-            *_by_row(clips, feet),
-            "## Legs behind shrubs",
-            "",
-            SHRUBS,
-            *_summaries("way", walks),
-            "## Soak",
-            "",
-            SOAK,
+            *chapter("## Feet that are not marked", HIDDEN_FEET, _by_row(clips, feet)),
+            *chapter("## Legs behind shrubs", SHRUBS, _summaries("way", walks)),
+            *chapter("## Soak", SOAK),
         ]
     )
 
@@ -232,26 +196,6 @@ def claims(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Clai
     ]
 
 
-def _with_pictures(case: Disturbed) -> Score | None:
-    film = SHOTS[case.disturbance](read_film(case.clip, marks_of(case.clip)))
-    return _score_film(film, film.marks)
-
-
-def _with_start(case: Moved) -> Score | None:
-    marks = marks_of(case.clip)
-    rng = np.random.default_rng([case.draw, *case.clip.stem.encode()])
-    return _score(case.clip, marks | {START: moved(marks[START], rng)}, marks)
-
-
-def _without_feet(case: Unmarked) -> Score | None:
-    feet, marks = FEET[case.feet], marks_of(case.clip)
-    rng = np.random.default_rng(list(case.clip.stem.encode()))
-    given = marks | {START: feet.start(marks[START], rng)}
-    if feet.hedge:
-        return _score_film(behind_hedge(read_film(case.clip, marks)), given)
-    return _score(case.clip, given, marks)
-
-
 def _score_film(film: Film, given: Marks) -> Score | None:
     """Errors against the film's own marks of a track that starts from those given."""
     with TemporaryDirectory() as folder:
@@ -264,7 +208,7 @@ def _score(video: Path, given: Marks, truth: Marks, way: Ours = OURS) -> Score |
     """Errors against the true marks of a track that starts from those given."""
     job = Job(video, given, model=way.model, settings=way.settings, start=START, stop=max(truth))
     try:
-        return score(truth, places(follow(job, Progress("quiet")).track), START)
+        return score(truth, places(follow(job, QUIET).track), START)
     except (StartError, PoseError):
         return None
 
@@ -275,22 +219,12 @@ def _kept(row: Sequence[Score | None]) -> int:
 
 def _by_row(clips: Sequence[Path], scores: Scores) -> list[str]:
     """A table of how many clips were followed, which were not, and their errors."""
-    lost_ones = {
-        name: [clip.stem for clip, found in zip(clips, row, strict=True) if lost(found)]
-        for name, row in scores.items()
-    }
-    return table(
-        ("disturbance", f"followed of {len(clips)}", "mean error", "worst"),
-        [
-            [
-                name,
-                ", not ".join([f"{_kept(row)}", *lost_ones[name]]),
-                f"{np.mean(_errors(row)):.3f}",
-                f"{max(_errors(row)):.3f}",
-            ]
-            for name, row in scores.items()
-        ],
-    )
+    rows = []
+    for name, row in scores.items():
+        lost_ones = [clip.stem for clip, found in zip(clips, row, strict=True) if lost(found)]
+        followed, errors = ", not ".join([f"{_kept(row)}", *lost_ones]), _errors(row)
+        rows.append([name, followed, f"{np.mean(errors):.3f}", f"{max(errors):.3f}"])
+    return table(("disturbance", f"followed of {len(clips)}", "mean error", "worst"), rows)
 
 
 def _summaries(what: str, scores: Scores) -> list[str]:

@@ -10,7 +10,6 @@ from tracker.settings import Settings
 
 Values = tuple[object, ...]
 Changes = Mapping[str, object]
-Tried = Mapping[str, Values]
 
 DEFAULT = "walk-run"
 ONE_STATE = "walk-run-1"
@@ -57,85 +56,58 @@ WITHOUT: dict[str, Changes] = {
     "no change of length": {"breathing": 1e-6, "scale_drift": 0.0},
 }
 
-# What is tuned, and the values tried; the defaults are among them.
-TUNED_CV: Tried = {"cv_angle": (3.0, 4.0, 6.0, 8.0, 12.0), "cv_place": (0.005, 0.01, 0.02, 0.06)}
-TUNED_DEFAULT: Tried = {"inflation": (2.0, 3.0, 5.0), "tempering": (0.02, 0.035, 0.06)}
-TUNED_FLOW: Tried = {
-    "window": (0.1, 0.15, 0.2, 0.3),
-    "home": (0.005, 0.01, 0.02, 0.04),
-    "fresh": (True, False),
-}
-TUNED_BOXES: Tried = {"around": (0.1, 0.15, 0.2)}
-
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of the values of some settings.
+    """Settings that are tuned together.
 
-    names : of the settings
-    ways  : by their values
+    way   : that has some values of them
+    tried : the values of each, the default among them
     """
 
-    names: tuple[str, ...]
-    ways: dict[Values, Way]
+    way: Callable[..., Way]
+    tried: Mapping[str, Values]
+
+    @property
+    def ways(self) -> dict[Values, Way]:
+        """A way for every combination of values."""
+        combinations = product(*self.tried.values())
+        return {values: self.way(**dict(zip(self.tried, values, strict=True))) for values in combinations}
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What is to be measured.
-
-    grids    : by the name of what is tuned on them
-    compared : rows of the page, a model and its changes by name
-    without  : changes of the default model by name
-    """
-
-    grids: dict[str, Grid]
-    compared: dict[str, tuple[str, Changes]]
-    without: dict[str, Changes]
-
-    def rows(self, cv: Changes) -> dict[str, Way]:
-        """Each model smoothed over the clip, the default unsmoothed too; cv with these settings."""
-        rows: dict[str, Way] = {}
-        for name, (model, changes) in self.compared.items():
-            settings = _settings({**cv, **changes})
-            rows[name] = Ours(model, settings)
-            if name == DEFAULT:
-                rows[name + FILTERED] = Ours(model, settings, smooth=False)
-        return rows
-
-    def switched(self) -> dict[str, Way]:
-        """The default model with one thing switched off."""
-        return {name: Ours(DEFAULT, _settings(changes)) for name, changes in self.without.items()}
+GRIDS = {
+    CV: Grid(
+        lambda **values: Ours(CV, _settings(values)),
+        {"cv_angle": (3.0, 4.0, 6.0, 8.0, 12.0), "cv_place": (0.005, 0.01, 0.02, 0.06)},
+    ),
+    DEFAULT: Grid(
+        lambda **values: Ours(DEFAULT, _settings(values)),
+        {"inflation": (2.0, 3.0, 5.0), "tempering": (0.02, 0.035, 0.06)},
+    ),
+    FLOW: Grid(
+        lambda **values: Flow(lucas_kanade.Options(**values)),
+        {"window": (0.1, 0.15, 0.2, 0.3), "home": (0.005, 0.01, 0.02, 0.04), "fresh": (True, False)},
+    ),
+    BOXES: Grid(lambda **values: Boxes(correlation.Options(**values)), {"around": (0.1, 0.15, 0.2)}),
+}
 
 
-def full_plan() -> Plan:
-    """What `make evaluate` measures."""
-    return Plan(_grids(TUNED_CV, TUNED_DEFAULT, TUNED_FLOW, TUNED_BOXES), COMPARED, WITHOUT)
+def rows(cv: Changes) -> dict[str, Way]:
+    """Each model smoothed over the clip, the default unsmoothed too; cv with these settings."""
+    found: dict[str, Way] = {}
+    for name, (model, changes) in COMPARED.items():
+        settings = _settings({**cv, **changes})
+        found[name] = Ours(model, settings)
+        if name == DEFAULT:
+            found[name + FILTERED] = Ours(model, settings, smooth=False)
+    return found
 
 
-def quick_plan() -> Plan:
-    """A little of what is quickly measured, to try the program."""
-    grids = _grids({"cv_angle": (3.0, 4.0)}, {"inflation": (3.0,)}, {"window": (0.2,)}, {})
-    compared = {name: COMPARED[name] for name in (DEFAULT, ONE_STATE, CV)}
-    return Plan(grids, compared, dict(list(WITHOUT.items())[:1]))
-
-
-def _grids(cv: Tried, default: Tried, flow: Tried, boxes: Tried) -> dict[str, Grid]:
-    """The grids over values tried; none where there are none."""
-    tried: dict[str, tuple[Tried, Callable[..., Way]]] = {
-        CV: (cv, lambda **values: Ours(CV, _settings(values))),
-        DEFAULT: (default, lambda **values: Ours(DEFAULT, _settings(values))),
-        FLOW: (flow, lambda **values: Flow(lucas_kanade.Options(**values))),
-        BOXES: (boxes, lambda **values: Boxes(correlation.Options(**values))),
-    }
-    return {name: _grid(values, way) for name, (values, way) in tried.items() if values}
+def switched() -> dict[str, Way]:
+    """The default model with one thing switched off."""
+    return {name: Ours(DEFAULT, _settings(changes)) for name, changes in WITHOUT.items()}
 
 
 def _settings(changes: Changes) -> Settings:
     """The defaults with these changes; an unknown name or a value out of range is refused."""
     return Settings.model_validate(dict(changes))
-
-
-def _grid(values: Tried, way: Callable[..., Way]) -> Grid:
-    combinations = product(*values.values())
-    return Grid(tuple(values), {c: way(**dict(zip(values, c, strict=True))) for c in combinations})

@@ -1,7 +1,7 @@
 r"""Write docs/gait.md: when feet strike and leave the ground, and gait figures, against what is known.
 
     python -m tests.benchmarks.gait DATA docs/gait.md --tracks FOLDER \
-        [--films N] [--first SEED] [--told TEXT]
+        [--films N] [--first SEED]
 
 DATA is the folder of captures and open clips. Films of seeds 0 to 199 are for choices, those from 200 on for
 the report alone. About twenty seconds a film and process; what has been followed is kept in FOLDER, so that
@@ -29,7 +29,6 @@ def main() -> None:
     parser.add_argument("--tracks", type=Path, required=True, help="folder in which tracks are kept")
     parser.add_argument("--films", type=int, default=FILMS, help="how many")
     parser.add_argument("--first", type=int, default=FIRST, help="the first one's seed")
-    parser.add_argument("--told", default="", help="a line above the figures, as from when kept tracks are")
     asked = parser.parse_args()
     seeds = range(asked.first, asked.first + asked.films)
     walks = [
@@ -46,8 +45,8 @@ def main() -> None:
     }
     clips = {name: gait for name, gait in gaits.items() if gait is not None}
     whole = (asked.first, asked.films) == (FIRST, FILMS)
-    told = asked.told if whole else f"**A try: not the films of the report.** {asked.told}"
-    asked.out.write_text(page(cases, clips, "gait", told), encoding="utf-8")
+    told = "" if whole else "**A try: not the films of the report.**"
+    asked.out.write_text(page(cases, clips, told), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import numpy as np
 from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import SIDES, Side
+from tests.benchmarks.evaluation.cases import QUIET, marks_of
 from tests.benchmarks.gait.learn import figure_of, poses
 from tests.benchmarks.gait.truth import Contact, contacts
 from tests.benchmarks.rendered.captures import RATE, gait_of
@@ -26,9 +27,7 @@ from tracker.gait.moments import OFF, STRIKE, Event
 from tracker.gait.strides import Stride, Strides, strides_of
 from tracker.gait.times import Clock, times
 from tracker.gait.values import Measure, Value
-from tracker.progress import Progress
 from tracker.run.track import Track
-from tracker.tables.keypoints import read_keypoints
 
 TALL = 1.75  # metres, of every walker
 NEAREST = 0.5  # of a stride: a true strike farther away is another one
@@ -106,9 +105,8 @@ def measured(none: Case, plan: Plan, track: Track) -> Case:
 
 def clip(path: Path, tracks: Path) -> Track:
     """An open clip followed from its marks, where `tracks` does not hold that yet."""
-    marks = read_keypoints(path.with_name(f"{path.stem}.keypoints.csv"))
-    job = Job(path, marks)
-    track = _kept(tracks / f"{path.stem}.pkl", lambda: follow(job, Progress("quiet")).track)
+    job = Job(path, marks_of(path))
+    track = _kept(tracks / f"{path.stem}.pkl", lambda: follow(job, QUIET).track)
     assert isinstance(track, Track)
     return track
 
@@ -130,7 +128,7 @@ def _followed(made: Film) -> Track | str:
         path = Path(folder) / "film.mp4"
         made.write(path)
         try:
-            return follow(Job(path, {frame: made.marks[frame]}), Progress("quiet")).track
+            return follow(Job(path, {frame: made.marks[frame]}), QUIET).track
         except (StartError, PoseError) as refused:
             return str(refused)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.benchmarks.gait.measure import TALL, Case, Figure, Moment
 from tests.benchmarks.gait.truth import CLEAR, LOW
-from tests.benchmarks.page import Claim, claim_table, table, written
+from tests.benchmarks.page import Claim, chapter, claim_table, table, written
 from tracker.gait.figures import Gait
 
 LABELS = ("walk", "run")
@@ -36,13 +36,14 @@ LEARNING = """\
 Late is positive; inside: the share within two standard errors (95 % is right). The weights were learned from
 the captures named learned.
 """
+COUNTED = "Counted per leg where both legs have the figure, else per film."
 CLIPS = """\
 Hand-marked walks, whose true contacts are unknown: a comfortable stance is 58 to 65 % of a stride, a slow
 one more. myogait gives 58.9 (near) and 61.9 (far) for `gym_walk_rl`.
 """
 
 
-def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: str = "") -> str:
+def page(cases: Sequence[Case], clips: Mapping[str, Gait], tried: str) -> str:
     """The whole text.
 
     Args:
@@ -50,32 +51,16 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
         tried: a line that says why the figures are not those of the report; empty where they are.
     """
     seeds = [each.seed for each in cases]
+    by = f"{written('gait')}, seeds {min(seeds)} to {max(seeds)}.\n{tried}"
+    method = METHOD.format(tall=TALL, low=LOW, clear=1e3 * CLEAR)
+    wanted = claim_table([*claims(cases), *clip_claims(clips)])
     return "\n".join(
         [
-            "# Gait figures",
-            "",
-            f"{written(command)}, seeds {min(seeds)} to {max(seeds)}.",
-            *([tried] if tried else []),
-            "",
-            METHOD.format(tall=TALL, low=LOW, clear=1e3 * CLEAR),
-            "## What is wanted",
-            "",
-            *claim_table([*claims(cases), *clip_claims(clips)]),
-            "## Moments",
-            "",
-            LEARNING,
-            *table(MOMENTS, moment_rows(cases)),
-            nobodys(cases),
-            "",
-            "## Figures",
-            "",
-            "Counted per leg where both legs have the figure, else per film.",
-            "",
-            *table(ERRORS, figure_rows(cases)),
-            "## Open clips",
-            "",
-            CLIPS,
-            *table(OPEN, clip_rows(clips)),
+            *chapter("# Gait figures", by, method),
+            *chapter("## What is wanted", wanted),
+            *chapter("## Moments", LEARNING, table(MOMENTS, moment_rows(cases)), nobodys(cases)),
+            *chapter("## Figures", COUNTED, table(ERRORS, figure_rows(cases))),
+            *chapter("## Open clips", CLIPS, table(OPEN, clip_rows(clips))),
         ]
     )
 

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from tests.benchmarks.motion.data import SAME, Results, Source, study
+from tests.benchmarks.motion.data import SAME, Results, study
 from tests.benchmarks.motion.measure import SECTIONS, measure, named_parts
-from tests.benchmarks.page import claim_table, written
+from tests.benchmarks.page import chapter, claim_table, written
 from tracker.models.learn import NOISE, STATES
 from tracker.progress import Progress
 
@@ -27,13 +27,13 @@ def main() -> None:
     names = [part.__name__.rpartition(".")[2] for part in SECTIONS]
     parser.add_argument("--part", choices=names, help="only this section; the page keeps the others")
     asked = parser.parse_args()
-    source, parts = Source(asked.data), named_parts(asked.part)
-    results = measure(source, Progress(), parts)
+    parts = named_parts(asked.part)
+    results = measure(asked.data, Progress(), parts)
     before = asked.out.read_text(encoding="utf-8") if asked.part and asked.out.exists() else ""
-    asked.out.write_text(page(source, results, parts, before), encoding="utf-8")
+    asked.out.write_text(page(asked.data, results, parts, before), encoding="utf-8")
 
 
-def page(source: Source, results: Results, parts: Sequence[ModuleType], before: str = "") -> str:
+def page(source: Path, results: Results, parts: Sequence[ModuleType], before: str = "") -> str:
     """The Markdown text: the sections of these parts, and of the others those that the page had before."""
     captures = study(source).captures
     subjects = {capture.subject for capture in captures}
@@ -49,15 +49,8 @@ def page(source: Source, results: Results, parts: Sequence[ModuleType], before: 
     ]
     sections = {text.partition("\n")[0]: text for text in before.split("\n## ")[1:]}
     for part in parts:
-        lines = [
-            part.HEADING,
-            "",
-            f"{written('motion')}.",
-            "",
-            *claim_table(part.claims(results)),
-            *part.section(source, results),
-        ]
-        sections[part.HEADING] = "\n".join(lines)
+        wanted, found = claim_table(part.claims(results)), part.section(source, results)
+        sections[part.HEADING] = "\n".join(chapter(part.HEADING, f"{written('motion')}.", wanted, found))
     shown = [sections[part.HEADING] for part in SECTIONS if part.HEADING in sections]
     return "\n## ".join(["\n".join(intro), *shown])
 

@@ -6,6 +6,7 @@ chosen on the very frames that are scored, once for all angles and once for each
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +20,7 @@ from tests.benchmarks.motion.data import (
     SHOWN_STATES,
     Results,
     Segment,
-    Source,
     Variant,
-    folds,
     held_out,
     named,
     of_variant,
@@ -51,7 +50,7 @@ class Forecast:
     recipe: Recipe
     label: str
 
-    def run(self, source: Source, model: Model | None) -> list[Errors]:
+    def run(self, source: Path, model: Model | None) -> list[Errors]:
         """Each segment's errors."""
         assert isinstance(model, SLDS)
         return errors(model, straight(source, self.label, self.recipe.held))
@@ -68,19 +67,17 @@ class Best(NamedTuple):
 
 @dataclass(frozen=True)
 class Rival:
-    """Constant velocity at its best on one motion of everyone, or of these subjects."""
+    """Constant velocity at its best on one motion of everyone."""
 
     label: str
-    subjects: frozenset[str] | None = None
 
     recipe = None  # it learns nothing
 
-    def run(self, source: Source, model: Model | None) -> "Best":
-        everyone = frozenset[str]().union(*folds(source, self.label))
-        return best_rival(straight(source, self.label, self.subjects or everyone))
+    def run(self, source: Path, model: Model | None) -> Best:
+        return best_rival(straight(source, self.label))
 
 
-def jobs(source: Source) -> Iterator[Forecast | Rival]:
+def jobs(source: Path) -> Iterator[Forecast | Rival]:
     """Every variant, and constant velocity."""
     for label in MOTIONS:
         for recipe in held_out(source, label, *VARIANTS):
@@ -100,7 +97,7 @@ def claims(results: Results) -> Iterator[Claim]:
         )
 
 
-def section(source: Source, results: Results) -> list[str]:
+def section(source: Path, results: Results) -> list[str]:
     rows = {named(*variant): [] for variant in VARIANTS}
     one, own = [], []
     for label in MOTIONS:

@@ -1,7 +1,7 @@
 """The protocol of docs/motion.md: segments and their mirror images, everyone left out in turn, the splices.
 
 What is measured, and with what, is `tracker.experiments`. A segment is mirrored before anything else, so near
-and far legs count alike.
+and far legs count alike. A source is the folder of captures and splices.
 """
 
 import csv
@@ -37,13 +37,6 @@ TABLE = Path("mocap") / "trials.csv"
 
 
 @dataclass(frozen=True)
-class Source:
-    """The folder of captures and splices."""
-
-    folder: Path
-
-
-@dataclass(frozen=True)
 class Segment:
     """One of all segments; its `number` among them seeds its noise."""
 
@@ -72,7 +65,7 @@ class Job(Protocol):
     def recipe(self) -> Recipe | None:
         """The model that `run` is to be handed."""
 
-    def run(self, source: Source, model: Model | None) -> object:
+    def run(self, source: Path, model: Model | None) -> object:
         """Measure."""
 
 
@@ -80,17 +73,17 @@ Results = Mapping[Job, Any]
 
 
 @cache
-def study(source: Source) -> Study:
+def study(source: Path) -> Study:
     """All walks and runs."""
-    return read_study(source.folder / TABLE, Progress("quiet"))
+    return read_study(source / TABLE, Progress("quiet"))
 
 
-def learn(source: Source, recipe: Recipe) -> Model:
+def learn(source: Path, recipe: Recipe) -> Model:
     """The model of a recipe."""
     return study(source).learn(recipe)
 
 
-def straight(source: Source, label: str, subjects: frozenset[str] | None = None) -> list[Segment]:
+def straight(source: Path, label: str, subjects: frozenset[str] | None = None) -> list[Segment]:
     """The straight segments of one motion, of these subjects or of all, each followed by its mirror image."""
     return [
         segment
@@ -104,14 +97,14 @@ def both(captures: Sequence[Capture]) -> list[Capture]:
     return [c for capture in captures for c in (capture, replace(capture, y=mirror(capture.y)))]
 
 
-def folds(source: Source, label: str) -> list[frozenset[str]]:
+def folds(source: Path, label: str) -> list[frozenset[str]]:
     """The subjects to leave out together: one, or both names of one that has two."""
     found = {s.capture.subject for s in straight(source, label)}
     people = sorted({SAME if name in SAME else (name,) for name in found})
     return [frozenset(person) for person in people]
 
 
-def held_out(source: Source, label: str, *variants: Variant) -> Iterator[Recipe]:
+def held_out(source: Path, label: str, *variants: Variant) -> Iterator[Recipe]:
     """Recipes of one motion for every person left out."""
     for variant in variants:
         for held in folds(source, label):
@@ -143,9 +136,9 @@ def summary(everyone: list[Errors]) -> tuple[float, float]:
 
 
 @cache
-def splices(source: Source, noise: int) -> Splices:
+def splices(source: Path, noise: int) -> Splices:
     """The spliced sequences with so many degrees of noise, the root blanked."""
-    folder = source.folder / "splices"
+    folder = source / "splices"
     truth, rows = _rows(folder / "truth.csv"), _rows(folder / f"splice_n{noise}.csv")
     if [(r["seq"], r["frame"]) for r in truth] != [(r["seq"], r["frame"]) for r in rows]:
         raise ValueError(f"truth.csv and splice_n{noise}.csv in {folder} must list the same frames")
@@ -160,7 +153,7 @@ def splices(source: Source, noise: int) -> Splices:
 
 
 @cache
-def _segments(source: Source) -> tuple[Segment, ...]:
+def _segments(source: Path) -> tuple[Segment, ...]:
     return tuple(Segment(n, capture) for n, capture in enumerate(both(study(source).captures)))
 
 

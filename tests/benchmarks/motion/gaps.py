@@ -7,6 +7,7 @@ that is left of the segment is shown.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -25,7 +26,6 @@ from tests.benchmarks.motion.data import (
     STATES,
     STRIDE,
     Results,
-    Source,
     Variant,
     both,
     held_out,
@@ -87,7 +87,7 @@ class Filling:
         """None for the ways without a model."""
         return None if self.way in (LINE, SPLINE, CLOSE) else self.learned
 
-    def run(self, source: Source, model: Model | None) -> list[Gap]:
+    def run(self, source: Path, model: Model | None) -> list[Gap]:
         """Each segment's gap."""
         fill = self._fill(source, model)
         captures = [s.capture for s in straight(source, self.label, self.learned.held)]
@@ -109,7 +109,7 @@ class Filling:
             evidence = angles_evidence(model, shown[around(shown, rows, FPS)], FPS)
         return Gap(gap_errors(fill, capture, self.gap), np.full(6, np.nan), evidence)
 
-    def _fill(self, source: Source, model: Model | None) -> Fill:
+    def _fill(self, source: Path, model: Model | None) -> Fill:
         if self.way == CLOSE:
             recipe = Recipe(held=self.learned.held, motions=(self.label,))
             return Nearest(both(study(source).lessons(recipe)), self.gap)
@@ -121,10 +121,10 @@ class Filling:
         return partial(_sampled, model, self.way == POSE)
 
 
-def jobs(source: Source) -> Iterator[Filling]:
+def jobs(source: Path) -> Iterator[Filling]:
     """Every way at every gap."""
     for label, gap in TARGETS:
-        for way, variant, _ in _rows(source):
+        for way, variant, _ in _rows():
             if way != CHOSEN:
                 for recipe in (*held_out(source, label, variant), Recipe(*variant, SPLICED)):
                     yield Filling(recipe, label, gap, way)
@@ -143,10 +143,10 @@ def claims(results: Results) -> Iterator[Claim]:
         yield Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit="%")
 
 
-def section(source: Source, results: Results) -> list[str]:
+def section(source: Path, results: Results) -> list[str]:
     rows = [
         [name, *(number(rms(_errors(results, label, gap, way, variant))) for label, gap in TARGETS)]
-        for way, variant, name in _rows(source)
+        for way, variant, name in _rows()
     ]
     return [
         f"All freedoms are missing in the middle of a clean segment with at least {SIDE} more frames",
@@ -190,7 +190,7 @@ def _sampled(slds: SLDS, recurrent: bool, y: Array) -> Array:
     return interpolate(slds, y, np.random.default_rng(SEED), recurrent=recurrent).mean
 
 
-def _rows(source: Source) -> list[tuple[str, Variant, str]]:
+def _rows() -> list[tuple[str, Variant, str]]:
     """The way, the model's variant, and the name of each row."""
     rows = [(way, DEFAULT, f"{named(STATES, 2)}: {way}") for way in (POSE, PAPERS, PATH)]
     rows += [(PATH, (1, order, NOISE), f"{named(1, order)}: Kalman smoother") for order in (2, 1)]

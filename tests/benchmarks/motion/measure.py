@@ -1,11 +1,12 @@
 """All that docs/motion.md shows, measured in processes of their own."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from types import ModuleType
 
 from dynamics.store import Model
 from tests.benchmarks.motion import ahead, gaps, people, splices, synthesis, transitions
-from tests.benchmarks.motion.data import Job, Results, Source, learn
+from tests.benchmarks.motion.data import Job, Results, learn
 from tests.benchmarks.processes import each, spawned
 from tracker.experiments.study import Recipe
 from tracker.progress import Progress
@@ -19,7 +20,7 @@ def named_parts(name: str | None) -> Sequence[ModuleType]:
     return [part for part in SECTIONS if name is None or part.__name__.endswith(f".{name}")]
 
 
-def measure(source: Source, progress: Progress, parts: Sequence[ModuleType] = SECTIONS) -> Results:
+def measure(source: Path, progress: Progress, parts: Sequence[ModuleType] = SECTIONS) -> Results:
     """The answer of every job of these parts; each model is learned once, the slowest first."""
     jobs: list[Job] = list(dict.fromkeys(job for part in parts for job in part.jobs(source)))
     recipes = {job.recipe for job in jobs if job.recipe is not None}
@@ -37,6 +38,6 @@ def cost(recipe: Recipe | None) -> int:
     return max(recipe.states, 1) * max(recipe.order, 1) * len(recipe.motions) if recipe else 0
 
 
-def run(source: Source, job: Job, model: Model | None) -> object:
+def run(source: Path, job: Job, model: Model | None) -> object:
     """The answer of one job."""
     return job.run(source, model)

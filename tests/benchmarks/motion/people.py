@@ -8,6 +8,7 @@ nobody learned from shows; and the shipped `gait` is tried on who may not be lea
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import classify
 from dynamics.slds import SLDS
-from tests.benchmarks.motion.data import SAME, Results, Source, study
+from tests.benchmarks.motion.data import SAME, Results, study
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import noisy
 from tracker.experiments.splices import PIECES, Splice, long_enough, splice
@@ -70,7 +71,7 @@ class Person:
             return None
         return Recipe(held=frozenset(JOGGERS if self.way == TOGETHER else self.names))
 
-    def run(self, source: Source, model: SLDS | HMM | None) -> Counts:
+    def run(self, source: Path, model: SLDS | HMM | None) -> Counts:
         """Label the person's splices and compare."""
         slds = switching_model(from_a_stand(SHIPPED), 30.0) if self.way == SHIPPED else model
         assert isinstance(slds, SLDS)
@@ -83,20 +84,20 @@ class Person:
 
 
 @cache
-def of_person(source: Source, names: tuple[str, ...]) -> tuple[Splice, ...]:
+def of_person(source: Path, names: tuple[str, ...]) -> tuple[Splice, ...]:
     """The person's splices, the same for every noise and model."""
     captures = long_enough([c for c in study(source).taught if c.subject in names])
     rng = np.random.default_rng([5, *names[0].encode()])
     return tuple(splice(captures, rng, PIECES) for _ in range(SEQUENCES))
 
 
-def everyone(source: Source) -> list[tuple[str, ...]]:
+def everyone(source: Path) -> list[tuple[str, ...]]:
     """The names of every person who can be spliced."""
     found = {c.subject for c in long_enough(study(source).taught)}
     return sorted({SAME if name in SAME else (name,) for name in found})
 
 
-def jobs(source: Source) -> Iterator[Person]:
+def jobs(source: Path) -> Iterator[Person]:
     """Everyone left out; the joggers together; the shipped model on who is not in it."""
     known = everyone(source)
     for noise in NOISES:
@@ -122,7 +123,7 @@ def claims(results: Results) -> list[Claim]:
     ]
 
 
-def section(source: Source, results: Results) -> list[str]:
+def section(source: Path, results: Results) -> list[str]:
     lines = [
         f"Wrong frames in per cent, those more than {FAR} frames from any junction, and the person with",
         "most. Sequences are spliced from captures of one person. The default model is learned without that",

@@ -6,6 +6,7 @@ the nearest junction.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import Labelling, classify, classify_hmm
@@ -16,7 +17,6 @@ from tests.benchmarks.motion.data import (
     SPLICED,
     STATES,
     Results,
-    Source,
     Splices,
     named,
     splices,
@@ -57,7 +57,7 @@ class Segmentation:
     inference: Inference = INFERENCE
     pose: float = POSE
 
-    def run(self, source: Source, model: Model | None) -> Wrong:
+    def run(self, source: Path, model: Model | None) -> Wrong:
         """Label the splices and compare."""
         assert model is not None
         cut = splices(source, self.noise)
@@ -72,9 +72,9 @@ def compare(cut: Splices, found: list[Labelling]) -> Wrong:
     return Wrong(*wrong_shares(labels, cut.label, cut.junction > FAR))
 
 
-def jobs(source: Source) -> Iterator[Segmentation]:
+def jobs(source: Path) -> Iterator[Segmentation]:
     """Every row at every noise without the six subjects, and at MIDDLE learned on all."""
-    for states, order, noise, inference, pose in _rows(source):
+    for states, order, noise, inference, pose in _rows():
         for level in [MIDDLE] if order == 1 else NOISES:
             yield Segmentation(Recipe(states, order, noise, SPLICED), level, inference, pose)
         yield Segmentation(Recipe(states, order, noise, SEEN), MIDDLE, inference, pose)
@@ -91,7 +91,7 @@ def claims(results: Results) -> Iterator[Claim]:
         yield Claim(f"wrong frames, {noise}°, learned on all (the paper: 2.9)", seen.all, target, unit="%")
 
 
-def section(source: Source, results: Results) -> list[str]:
+def section(source: Path, results: Results) -> list[str]:
     lines = [
         f"Wrong frames in per cent, with {', '.join(map(str, NOISES))} degrees of noise on six angles and",
         f"without the root; far: more than {FAR} frames from any junction. Learned without the subjects",
@@ -107,7 +107,7 @@ def section(source: Source, results: Results) -> list[str]:
         f"all, {MIDDLE}°",
     ]
     rows = []
-    for states, order, noise, inference, pose in _rows(source):
+    for states, order, noise, inference, pose in _rows():
         unseen = {
             level: results.get(Segmentation(Recipe(states, order, noise, SPLICED), level, inference, pose))
             for level in NOISES
@@ -121,7 +121,7 @@ def section(source: Source, results: Results) -> list[str]:
     return lines + table(header, rows)
 
 
-def _rows(source: Source) -> list[tuple[int, int, float, Inference, float]]:
+def _rows() -> list[tuple[int, int, float, Inference, float]]:
     """States, order, noise learned at, inference and the pose's weight of each row, the default first."""
     by_default = sorted(INFERENCES, key=lambda name: name != INFERENCE)
     rows = [

@@ -6,6 +6,7 @@ one gait; the harmonic stride draws a person each time, and persons are to diffe
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.signal import welch
@@ -18,7 +19,7 @@ from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, Job, Results, Source, both, named, study
+from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, Job, Results, both, named, study
 from tests.benchmarks.motion.data import STRIDE as HARMONIC
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import WIDER, out_of_range
@@ -69,10 +70,10 @@ class Making:
     recipe: Recipe
     recurrent: bool
 
-    def run(self, source: Source, model: Model | None) -> Likeness:
+    def run(self, source: Path, model: Model | None) -> Likeness:
         assert isinstance(model, SLDS)
         known = both(study(source).lessons(self.recipe))
-        return compare(model, known, self.recurrent, SEEDS)
+        return compare(model, known, self.recurrent)
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Persons:
 
     recipe: Recipe
 
-    def run(self, source: Source, model: Model | None) -> tuple[Array, Array]:
+    def run(self, source: Path, model: Model | None) -> tuple[Array, Array]:
         """Frames of the persons drawn, and of those captured."""
         assert isinstance(model, Stride)
         drawn = (
@@ -96,11 +97,11 @@ def persons(label: str) -> Persons:
     return Persons(Recipe(*HARMONIC, motions=(label,)))
 
 
-def jobs(source: Source) -> Iterator[Job]:
+def jobs(source: Path) -> Iterator[Job]:
     """Every model with both switches, and the harmonic stride's persons."""
     for label in MOTIONS:
         yield persons(label)
-        for states, order in _rows(source):
+        for states, order in _rows():
             for recurrent in (True, False):
                 yield Making(Recipe(states, order, motions=(label,)), recurrent)
 
@@ -128,10 +129,10 @@ def claims(results: Results) -> list[Claim]:
     ]
 
 
-def section(source: Source, results: Results) -> list[str]:
+def section(source: Path, results: Results) -> list[str]:
     rows, strides = [], []
     for label in MOTIONS:
-        for states, order in _rows(source):
+        for states, order in _rows():
             for recurrent in (True, False):
                 like = results[Making(Recipe(states, order, motions=(label,)), recurrent)]
                 switch = "by the pose" if recurrent else "papers'"
@@ -149,10 +150,10 @@ def section(source: Source, results: Results) -> list[str]:
     ]
 
 
-def compare(slds: SLDS, captures: Sequence[Capture], recurrent: bool, seeds: int = SEEDS) -> Likeness:
+def compare(slds: SLDS, captures: Sequence[Capture], recurrent: bool) -> Likeness:
     """Motions of FRAMES frames from several seeds."""
     made = [
-        synthesise(slds, FRAMES, np.random.default_rng(seed), recurrent=recurrent)[1] for seed in range(seeds)
+        synthesise(slds, FRAMES, np.random.default_rng(seed), recurrent=recurrent)[1] for seed in range(SEEDS)
     ]
     y, known = np.concatenate(made), [c.y for c in captures]
     finite = bool(np.isfinite(y[:, ANGLES]).all())
@@ -193,7 +194,7 @@ def spectrum(groups: Sequence[Sequence[Array]]) -> Array:
     return np.mean([np.mean([_welch(y) for y in ys], axis=0) for ys in groups], axis=0)
 
 
-def _rows(source: Source) -> list[tuple[int, int]]:
+def _rows() -> list[tuple[int, int]]:
     """States and order, the default first."""
     return [(states, 2) for states in SHOWN_STATES]
 

@@ -7,6 +7,7 @@ brake a run, every label counts as right.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from dynamics.store import Model
 from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import Trial, read_body, read_trials, sequences
 from kinematics.sagittal import project
-from tests.benchmarks.motion.data import MOTIONS, TABLE, Results, Source, both, study
+from tests.benchmarks.motion.data import MOTIONS, TABLE, Results, both, study
 from tests.benchmarks.page import Claim, table
 from tracker.experiments.measures import noisy
 from tracker.experiments.study import FPS, Recipe, Study
@@ -89,9 +90,9 @@ class Labels:
 
     recipe = None  # it learns a model of its own, since no other job has stands
 
-    def run(self, source: Source, model: Model | None) -> dict[Change, list[Found]]:
+    def run(self, source: Path, model: Model | None) -> dict[Change, list[Found]]:
         """Of each change as captured, and with near and far legs exchanged."""
-        trials = {trial.path.stem: trial for trial in read_trials(source.folder / TABLE)}
+        trials = {trial.path.stem: trial for trial in read_trials(source / TABLE)}
         known = study(source)
         taught = Study(known.captures, [*known.taught, *stands(trials)], known.progress)
         slds = taught.slds(Recipe(held=frozenset([SUBJECT]), motions=(*MOTIONS, STAND)))
@@ -105,7 +106,7 @@ class Labels:
         }
 
 
-def jobs(source: Source) -> Iterator[Labels]:
+def jobs(source: Path) -> Iterator[Labels]:
     """All of it is one."""
     yield Labels()
 
@@ -121,7 +122,7 @@ def claims(results: Results) -> list[Claim]:
     return [Claim(f"{text}, frames apart", float(apart), NEAR) for text, apart in most.items()]
 
 
-def section(source: Source, results: Results) -> list[str]:
+def section(source: Path, results: Results) -> list[str]:
     rows = []
     for change, found in results[Labels()].items():
         true = str(change.first) if change.first == change.last else f"{change.first} to {change.last}"

@@ -1,7 +1,7 @@
 r"""Write docs/rendered.md: rendered films whose truth is known, followed with and without marks.
 
     python -m tests.benchmarks.rendered TRIALS docs/rendered.md \
-        [--films N] [--first SEED] [--without-marks]
+        [--films N] [--first SEED]
 
 TRIALS is the table of captures. Settings may be chosen by the films of seeds 0 to 199; those of the report,
 from 200 on, are for the report alone. Two processes, of one thread each where the environment says so as in
@@ -11,7 +11,7 @@ from 200 on, are for the report alone. Two processes, of one thread each where t
 import argparse
 from pathlib import Path
 
-from tests.benchmarks.processes import each, spawned
+from tests.benchmarks.evaluation.cases import measured
 from tests.benchmarks.rendered.measure import case
 from tests.benchmarks.rendered.page import page
 from tracker.progress import Progress
@@ -26,15 +26,12 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="the page, Markdown")
     parser.add_argument("--films", type=int, default=FILMS, help="how many")
     parser.add_argument("--first", type=int, default=FIRST, help="the first one's seed")
-    parser.add_argument("--without-marks", action="store_true", help="follow none of them from its marks")
     asked = parser.parse_args()
     seeds = range(asked.first, asked.first + asked.films)
-    with spawned() as pool:
-        items = [(seed, asked.trials, not asked.without_marks) for seed in seeds]
-        cases = each(pool, case, items, Progress(), "rendered films")
-    whole = (asked.first, asked.films) == (FIRST, FILMS) and not asked.without_marks
-    told = "" if whole else f"**A try: not the {FILMS} films from seed {FIRST} on, both ways.**"
-    asked.out.write_text(page(cases, "rendered", told), encoding="utf-8")
+    cases = measured(case, [(seed, asked.trials) for seed in seeds], Progress(), "rendered films")
+    whole = (asked.first, asked.films) == (FIRST, FILMS)
+    told = "" if whole else f"**A try: not the {FILMS} films from seed {FIRST} on.**"
+    asked.out.write_text(page(cases, told), encoding="utf-8")
 
 
 if __name__ == "__main__":

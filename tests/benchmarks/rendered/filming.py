@@ -4,7 +4,6 @@ At each of the shutter's moments street, people and what stands before them are 
 camera sees them then; a frame is the mean of its moments, and its truth is that of the middle one.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -45,7 +44,7 @@ class Film:
                 writer.write(image)
 
 
-def film(plan: Plan, advance: Callable[[], None] = lambda: None) -> Film:
+def film(plan: Plan) -> Film:
     """Paint a plan; the same plan gives the same pictures."""
     rng = np.random.default_rng([plan.seed, 1])
     shot = _Set.built(plan, rng)
@@ -53,7 +52,6 @@ def film(plan: Plan, advance: Callable[[], None] = lambda: None) -> Film:
     for t in range(plan.frames):
         picture, marks[t] = shot.exposed(t)
         images.append(develop(picture, rng, plan.noise))
-        advance()
     return Film(plan, compress(images, plan.quality), marks)
 
 

@@ -23,7 +23,7 @@ from tracker.clip.start import FoundError, StartError
 from tracker.outline.person import Person
 from tracker.run.score import places, score
 from tracker.run.track import Track
-from tracker.tables.keypoints import Mark
+from tracker.tables.keypoints import Mark, Marks
 from videos.frames import Video
 
 AWAY = 0.25  # leg lengths; a start whose joints are farther from the truth is misplaced
@@ -79,24 +79,19 @@ class Case:
     capture: str
     label: str
     kinds: Mapping[str, str]
-    marked: Followed | str | None
+    marked: Followed | str
     start: Start | None
     unmarked: Followed | str
 
 
-def case(seed: int, trials: Path, with_marks: bool = True) -> Case:
-    """The film of a seed, made, followed and measured.
-
-    Args:
-        trials: table of captures.
-        with_marks: whether it is followed from its marks, too.
-    """
+def case(seed: int, trials: Path) -> Case:
+    """The film of a seed, made by the table of captures, followed and measured."""
     plan = planned(seed, read_trials(trials))
     made = film(plan)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         made.write(path)
-        marked = from_marks(made, path) if with_marks else None
+        marked = from_marks(made, path)
         start, unmarked = without_marks(made, path)
     lead = plan.walkers[0]
     return Case(seed, lead.name, lead.label, plan.kinds, marked, start, unmarked)
@@ -115,7 +110,7 @@ def without_marks(made: Film, path: Path) -> tuple[Start | None, Followed | str]
     """
     video = Video(path)
     everybody = people(video, QUIET)
-    how = Following(person=_meant(everybody, made) if len(everybody) > 1 else None)
+    how = Following(person=meant(everybody, made.marks) if len(everybody) > 1 else None)
     try:
         found = start_of(everybody, how, video)
     except FoundError as refused:
@@ -148,11 +143,11 @@ def judged(made: Film, found: Found) -> Start:
     )
 
 
-def _meant(everybody: Sequence[Person], made: Film) -> int:
-    """The number of the one whose hips are where the first walker's are."""
+def meant(everybody: Sequence[Person], marks: Marks) -> int:
+    """The number of the one whose hips are where those marked in every frame are."""
 
     def away(one: Person) -> float:
-        hips = [made.marks[t]["hip"] for t in range(one.first, one.last + 1)]
+        hips = [marks[t]["hip"] for t in range(one.first, one.last + 1)]
         return float(np.median(np.hypot(*(one.outline.hips - [(hip.x, hip.y) for hip in hips]).T)))
 
     return 1 + min(range(len(everybody)), key=lambda i: away(everybody[i]))

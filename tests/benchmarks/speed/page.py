@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tests.benchmarks.page import Claim, claim_table, table, written
+from tests.benchmarks.page import Claim, chapter, claim_table, table, written
 from tests.benchmarks.speed.command import LENGTHS, LONG, Command
 from tests.benchmarks.speed.measure import FILTER_LIMITS, ROUND_LIMITS, STATES, Timing
 from tests.benchmarks.speed.tracking import Cost, Growth
@@ -46,42 +46,17 @@ class Measured:
 
 def page(job: Job, measured: Measured) -> str:
     """The whole page, Markdown."""
-    lines = [
-        "# Speed",
-        "",
-        f"{written('bench')}, on {job.video.stem} with {job.model}.",
-        "",
-        WHAT,
-        "",
-        "## What is wanted",
-        "",
-        *claim_table(claims(measured)),
-        "## The command",
-        "",
-        COMMAND,
-        "",
-        *_command(measured.command),
-        "## A frame by stage",
-        "",
-        STAGES,
-        "",
-        *_stages(measured.cost),
-        "## How cost grows",
-        "",
-        GROWTH,
-        "",
-        "## Filters",
-        "",
-        FILTERS,
-        "",
-        *_filters(measured.filters),
-        "## A round of EM",
-        "",
-        ROUNDS,
-        "",
-        *_rounds(measured.rounds),
-    ]
-    return "\n".join(lines)
+    return "\n".join(
+        [
+            *chapter("# Speed", f"{written('bench')}, on {job.video.stem} with {job.model}.", WHAT),
+            *chapter("## What is wanted", claim_table(claims(measured))),
+            *chapter("## The command", COMMAND, _command(measured.command)),
+            *chapter("## A frame by stage", STAGES, _stages(measured.cost)),
+            *chapter("## How cost grows", GROWTH),
+            *chapter("## Filters", FILTERS, _filters(measured.filters)),
+            *chapter("## A round of EM", ROUNDS, _rounds(measured.rounds)),
+        ]
+    )
 
 
 def claims(measured: Measured) -> list[Claim]:

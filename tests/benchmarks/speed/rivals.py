@@ -87,11 +87,11 @@ def pykalman_one_state(slds, y):
     return kalman.filter(y)
 
 
-def hmmlearn_rounds(ys, K, rounds, seed=0):
-    """hmmlearn's HMM of K full Gaussians after some EM rounds; one more takes `hmmlearn_round`."""
+def hmmlearn_rounds(ys, K):
+    """hmmlearn's HMM of K full Gaussians after five EM rounds; one more takes `hmmlearn_round`."""
     from hmmlearn.hmm import GaussianHMM
 
-    hmm = GaussianHMM(K, covariance_type="full", n_iter=rounds, tol=0.0, random_state=seed)
+    hmm = GaussianHMM(K, covariance_type="full", n_iter=5, tol=0.0, random_state=0)
     return hmm.fit(np.concatenate(ys), [len(y) for y in ys])
 
 

@@ -16,8 +16,10 @@ import cv2
 import numpy as np
 
 from dynamics.gaussian import Gaussian
+from tests.benchmarks.evaluation.cases import QUIET, marks_of
 from tests.benchmarks.rivals import lucas_kanade
 from tests.benchmarks.rivals.body import body_at
+from tests.benchmarks.speed.measure import cpu
 from tracker.clip import follow as clip
 from tracker.clip import outlines, part
 from tracker.clip.follow import follow
@@ -28,13 +30,11 @@ from tracker.loop import tracker as track
 from tracker.loop.begin import begin
 from tracker.picture.backdrop import Backdrop
 from tracker.picture.camera import Camera
-from tracker.progress import Progress
 from tracker.registration import objective
 from tracker.registration.align import align
 from tracker.registration.field import Field
 from tracker.registration.objective import Objective
 from tracker.settings import Settings
-from tracker.tables.keypoints import read_keypoints
 from videos.frames import Video
 
 MODEL = "walk-run"  # two learned states and a free one
@@ -97,7 +97,7 @@ class Growth:
 
 def job_of(video: Path) -> Job:
     """A clip with its marks beside it."""
-    return Job(video, read_keypoints(video.with_name(f"{video.stem}.keypoints.csv")), model=MODEL, start=0)
+    return Job(video, marks_of(video), model=MODEL, start=0)
 
 
 def cost(job: Job) -> Cost:
@@ -106,13 +106,13 @@ def cost(job: Job) -> Cost:
     frames = sum(1 for _ in Video(job.video))
     alone = replace(job, settings=Settings(outline=False))
     contenders = (
-        lambda: follow(job, Progress("quiet")),
-        lambda: follow(alone, Progress("quiet")),
+        lambda: follow(job, QUIET),
+        lambda: follow(alone, QUIET),
         lambda: _flow(job),
     )
     for run in contenders:
         run()  # the kernel is compiled, libraries load
-    spent = np.array([[_cpu(run) for run in contenders] for _ in range(REPEATS)])
+    spent = np.array([[cpu(run) for run in contenders] for _ in range(REPEATS)])
     per_frame = 1e3 / frames
     whole, tracked, rival = (float(each) for each in per_frame * spent.min(0))
     least = min((_stages(job) for _ in range(REPEATS)), key=lambda run: sum(run.values()))
@@ -187,7 +187,7 @@ def _stages(job: Job) -> dict[str, float]:
     with ExitStack() as stack:
         for name, (home, function) in STAGES.items():
             stack.enter_context(_watched(spent, name, home, function))
-        follow(job, Progress("quiet"))
+        follow(job, QUIET)
     return spent
 
 
@@ -208,10 +208,4 @@ def _watched(spent: dict[str, float], name: str, home: object, function: str) ->
 def _best(run) -> float:
     """Milliseconds of the best of many."""
     run()
-    return 1e3 * min(_cpu(run) for _ in range(15))
-
-
-def _cpu(run) -> float:
-    began = time.process_time()
-    run()
-    return time.process_time() - began
+    return 1e3 * min(cpu(run) for _ in range(15))
