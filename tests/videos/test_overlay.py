@@ -39,10 +39,6 @@ def test_drawing_leaves_the_frame_itself_alone():
     assert (out != GREY).any()
 
 
-def test_drawing_nothing_changes_nothing():
-    assert_array_equal(draw(ground()), ground())
-
-
 def test_a_segment_lies_between_its_ends():
     out = draw(ground(), [Segment((40, 30), (40, 90), NEAR, 5)])
     center = (pixels_like(out, NEAR).min(0) + pixels_like(out, NEAR).max(0)) / 2

@@ -23,8 +23,7 @@ from tests.tracker.report.reports import (
     write_clip,
 )
 from tests.tracker.strolls import stroll
-from tests.videos.clips import make_clip, set_display_matrix
-from tests.videos.test_playable import begin_later
+from tests.videos.clips import begin_later, make_clip, set_display_matrix
 from tracker.report.page import write_report
 from tracker.run.read import FILM
 from videos.frames import Video
