@@ -25,8 +25,8 @@ from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.clips import everything, figtrack, write_table
-from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
-from tests.tracker.report.test_before_after import run as walked
+from tests.tracker.models.captures import COLUMNS, FPS, T, write_walk
+from tests.tracker.records import walked
 from tracker.cli import demo
 from tracker.experiments import reproduce as experiments
 from tracker.experiments import runtime

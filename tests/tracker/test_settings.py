@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from tests.tracker.clips import figtrack
+from tests.tracker.clips import figtrack, succeeds
 from tracker.settings import Settings, SettingsError, read_settings, settings_toml
 
 
@@ -72,14 +72,14 @@ def test_a_range_that_the_file_names_is_the_one_that_is_kept(toml):
 def test_the_command_writes_the_file_and_replaces_none_unasked(tmp_path):
     assert figtrack("settings").stdout == settings_toml()
     path = tmp_path / "neue Werte" / "s.toml"
-    assert figtrack("settings", "--out", path).exit_code == 0
+    succeeds("settings", "--out", path)
     assert read_settings(path) == Settings()
     path.write_text("mine = 1\n")
     result = figtrack("settings", "--out", path)
     assert result.exit_code == 1
     assert result.stderr.startswith("error: ")
     assert path.read_text() == "mine = 1\n"
-    assert figtrack("settings", "--out", path, "--overwrite").exit_code == 0
+    succeeds("settings", "--out", path, "--overwrite")
     assert read_settings(path) == Settings()
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.pages import Page, near, session_page
-from tests.tracker.clips import figtrack, write_table
+from tests.tracker.clips import succeeds, write_table
 from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
 
@@ -39,8 +39,7 @@ def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table
     assert [name for name, mark in marks.items() if not mark.visible] == ["far_knee"]
 
     out = table.parent / "followed"
-    result = figtrack("track", clip.video, "--keypoints", table, "--model", "cv", "--stop", 1, "--out", out)
-    assert result.exit_code == 0, result.stderr
+    succeeds("track", clip.video, "--keypoints", table, "--model", "cv", "--stop", 1, "--out", out)
     assert (out / "run.json").exists()
 
 

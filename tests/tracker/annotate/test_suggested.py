@@ -12,7 +12,7 @@ from tests.kinematics.figures import FOOTLESS
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.annotate.pages import Page, near, session_page
-from tests.tracker.clips import figtrack, write_video
+from tests.tracker.clips import succeeds, write_video
 from tests.tracker.outline.films import WALKER, a_walk
 from tracker.annotate import suggestion as module
 from tracker.annotate.launch import _suggest
@@ -147,8 +147,7 @@ def test_the_suggestion_is_dragged_right_its_legs_are_exchanged_and_track_takes_
         assert near(place, suggestion[other_side(name)]), name
 
     out = table.parent / "followed"
-    result = figtrack("track", film, "--keypoints", table, "--model", "cv", "--stop", best + 1, "--out", out)
-    assert result.exit_code == 0, result.stderr
+    succeeds("track", film, "--keypoints", table, "--model", "cv", "--stop", best + 1, "--out", out)
     assert json.loads((out / "run.json").read_text())["start"]["frame"] == best
 
 

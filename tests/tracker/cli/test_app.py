@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from tests.tracker.clips import RUN_FILES, figtrack, read_json
+from tests.tracker.clips import RUN_FILES, figtrack, read_json, succeeds
 from tests.tracker.processes import ended, printed_by
 from tracker import __version__
 from tracker.cli.app import COMMANDS
@@ -27,11 +27,10 @@ def track(clip, tmp_path):
 def done(clip, tmp_path_factory):
     """A finished run with most options, its folder and what was printed."""
     out = tmp_path_factory.mktemp("done") / "out"
-    result = figtrack(
+    result = succeeds(
         "track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--out", out,
         "--start", 3, "--stop", 7, "--facing", "right", "--rate", 0.5, "--quiet",
     )  # fmt: skip
-    assert result.exit_code == 0, result.output
     return out, result
 
 
@@ -50,8 +49,7 @@ def test_a_run_leaves_the_files_it_promises_and_no_others(done):
     ],
 )
 def test_what_is_not_wanted_is_not_written(track, tmp_path, more, left_out):
-    result = figtrack(*track, "--stop", 3, *more)
-    assert result.exit_code == 0, result.output
+    result = succeeds(*track, "--stop", 3, *more)
     assert {path.name for path in (tmp_path / "out").iterdir()} == RUN_FILES - left_out
     assert ("report.html" in result.stdout) is ("report.html" not in left_out)
     if left_out == {"overlay.mp4"}:  # the report has its film all the same
@@ -114,8 +112,7 @@ def test_wrong_usage_ends_with_status_two_and_is_named(words, said):
 
 @pytest.mark.parametrize("words", [["--help"], ["track", "-h"], ["compare", "--help"], ["--version"]])
 def test_help_and_version_end_with_status_zero(words):
-    result = figtrack(*words)
-    assert result.exit_code == 0
+    result = succeeds(*words)
     assert result.stderr == ""
 
 

@@ -11,6 +11,7 @@ from tests.tracker.clips import (
     read_csv,
     read_json,
     refused,
+    succeeds,
     write_table,
     write_video,
 )
@@ -55,8 +56,7 @@ def unseen(monkeypatch, tmp_path):
 
 def test_a_film_alone_is_followed_and_the_run_has_what_it_started_from(video, tmp_path):
     out = tmp_path / "out"
-    result = figtrack("track", video, "--model", "cv", "--stop", STOP, "--out", out, "--progress", "plain")
-    assert result.exit_code == 0, result.output
+    result = succeeds("track", video, "--model", "cv", "--stop", STOP, "--out", out, "--progress", "plain")
     assert {path.name for path in out.iterdir()} == RUN_FILES
     news = read_json(out / "run.json")
     frame = news["start"]["frame"]
@@ -177,8 +177,7 @@ def test_models_are_compared_by_marks_that_they_do_not_start_from(seen, video, t
     rows = [(9, name, *place, 1) for name, place in zip(WALKER.joints, walk.joints[9], strict=True)]
     write_table(tmp_path / "truth.csv", rows)
     words = ("--truth", "truth.csv", "--model", "cv", "--stop", 9, "--quiet")
-    result = figtrack("compare", video, *words)
-    assert result.exit_code == 0, result.output
+    result = succeeds("compare", video, *words)
     assert "1 of 1" in result.stdout  # frame 9, which is not the start
     assert figtrack("compare", video, "--model", "cv").exit_code == 2
 

@@ -17,7 +17,7 @@ from dynamics.frames import batches
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from tests.oracles import random_slds
-from tests.tracker.clips import figtrack, refused
+from tests.tracker.clips import refused, succeeds
 from tests.tracker.gaits import both, sequence, write_poses
 from tracker.models.by_motion import E_STEPS
 from tracker.models.cluster import ClusterError, _uninterrupted, cluster_at, local_cluster, spread_over
@@ -96,9 +96,8 @@ def test_learning_on_a_cluster_writes_the_same_model(cluster, tmp_path, rng):
     address = cluster.scheduler.address
     for inference in ("viterbi", "variational"):
         here, there = tmp_path / f"{inference}1.npz", tmp_path / f"{inference}2.npz"
-        assert figtrack(*words, "--inference", inference, "--out", here).exit_code == 0
-        spread = figtrack(*words, "--inference", inference, "--scheduler", address, "--out", there)
-        assert spread.exit_code == 0, spread.output
+        succeeds(*words, "--inference", inference, "--out", here)
+        succeeds(*words, "--inference", inference, "--scheduler", address, "--out", there)
         with np.load(here) as one, np.load(there) as other:
             assert all(np.array_equal(one[name], other[name]) for name in one.files)
     said = refused(*words[:-1], "--inference", "hmm", "--scheduler", address, "--out", tmp_path / "h.npz")
