@@ -25,9 +25,9 @@ def started(*line, before=None, environment=None, **more):
     return subprocess.Popen(command, env=AT_HOME | (environment or {}), preexec_fn=prepared, **pipes)
 
 
-def printed_by(code, folder=ROOT):
+def printed_by(code, folder=ROOT, environment=os.environ):
     """The lines that a fresh interpreter prints, in a folder."""
-    words, environment = [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(ROOT)}
+    words, environment = [sys.executable, "-c", code], environment | {"PYTHONPATH": str(ROOT)}
     said = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True)
     return said.stdout.splitlines()
 

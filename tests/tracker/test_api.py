@@ -1,8 +1,6 @@
 """The Python face: the same poses as the command, as arrays, and nothing written."""
 
 import re
-import statistics
-import time
 import warnings
 
 import numpy as np
@@ -113,13 +111,3 @@ def test_what_the_command_warns_of_is_a_warning(clip, tmp_path):
 def test_importing_it_imports_nothing_slow():
     code = f"import sys, tracker; print([name for name in {SLOW} if name in sys.modules])"
     assert printed_by(code) == ["[]"]
-
-
-@pytest.mark.speed
-def test_it_is_imported_at_once():
-    def seconds():
-        began = time.perf_counter()
-        printed_by("import tracker")
-        return time.perf_counter() - began
-
-    assert statistics.median(seconds() for _ in range(5)) < 0.5

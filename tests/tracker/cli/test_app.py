@@ -12,7 +12,6 @@ from tracker.cli.app import COMMANDS
 
 pytestmark = pytest.mark.whole
 
-SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
 OF_FOLLOWING = ("numba", "scipy", "matplotlib", "tracker.clip.asked", "tracker.outline")
 HEAVY = ("scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
 
@@ -100,6 +99,7 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monk
         ("track walk.mp4 --start 2", "start and anchors are of marked frames; give keypoints"),
         ("compare walk.mp4", "give marks to compare with: --keypoints or --truth"),
         ("learn", "give either --trials TABLE or pose tables"),
+        ("learn poses.csv --trials t.csv", "one of the two"),
         ("learn --trials t.csv --order 3", "'--order': Input should be less than or equal to 2"),
         ("", "To begin with:"),
     ],
@@ -127,11 +127,9 @@ def test_it_also_runs_as_a_module():
     assert ended("--version") == (0, f"figtrack {__version__}\n", "")
 
 
-@pytest.mark.parametrize(
-    ("module", "slow"), [("cli", SLOW), ("annotate.launch", OF_FOLLOWING), ("desk.desk_page", OF_FOLLOWING)]
-)
-def test_the_command_line_and_the_servers_of_pages_import_nothing_slow(module, slow):
-    code = f"import sys, tracker.{module}; print([name for name in {slow} if name in sys.modules])"
+@pytest.mark.parametrize("module", ["annotate.launch", "desk.desk_page"])
+def test_the_servers_of_pages_import_nothing_that_following_needs(module):
+    code = f"import sys, tracker.{module}; print([name for name in {OF_FOLLOWING} if name in sys.modules])"
     assert printed_by(code) == ["[]"]
 
 

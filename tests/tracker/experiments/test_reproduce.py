@@ -157,9 +157,9 @@ def test_bends_are_learned_from_but_never_measured_on(monkeypatch):
     assert {c.subject for c in tried.captures} == {"a", "b"}
 
 
-def flat(value, label, subject, frames=120):
+def flat(value, label, subject):
     """A capture that stands at one angle, by which its pieces are known again."""
-    y = np.full((frames, 8), float(value))
+    y = np.full((120, 8), float(value))
     return Capture(y, subject, label, subject)
 
 

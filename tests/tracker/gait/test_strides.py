@@ -26,12 +26,12 @@ def moments(strides, name):
     return np.array([getattr(stride, name).at for stride in strides.sound])
 
 
-def a_walk(seed, seconds=6.0, fps=30):
+def a_walk(seed):
     """A textbook's walk in somebody's lengths, and when its feet are on the ground."""
     rng = np.random.default_rng(seed)
     build = random_build(rng)
-    gait = walk(build, round(seconds * RATE), PERIOD * RATE, rng)
-    shown = np.arange(0, len(gait.pose), round(RATE / fps))
+    gait = walk(build, round(6.0 * RATE), PERIOD * RATE, rng)
+    shown = np.arange(0, len(gait.pose), round(RATE / FPS))
     figure = figure_of(build)
     track = track_of(poses(figure, build, gait.at(shown)), shown / RATE)
     return replace(track, figure=figure), contacts(gait, build)

@@ -170,9 +170,3 @@ def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
     path.write_text("\n".join(",".join(cells[:2] + cells[4:]) for cells in lines) + "\n")
     assert "rows need all of root_x,root_y" in refused("learn", path, "--out", tmp_path / "m.npz")
     assert not (tmp_path / "m.npz").exists()
-
-
-def test_either_trials_or_pose_tables_are_wanted(tmp_path):
-    found = figtrack("learn", gait_table(tmp_path / "a.csv"), "--trials", "t.csv")
-    assert found.exit_code == 2
-    assert "one of the two" in found.stderr
