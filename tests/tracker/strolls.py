@@ -104,7 +104,7 @@ def lost_in(track, *rows):
     return replace(track, outcome=tuple("lost" if t in rows else "ok" for t in range(len(track))))
 
 
-def without_feet(track):
+def footless(track):
     """The same track of a figure that ends at the ankles."""
     figure = FOOTLESS.with_lengths([link.length for link in track.figure.links[: len(FOOTLESS.links)]])
     kept = [track.figure.index(name) for name in figure.freedoms]

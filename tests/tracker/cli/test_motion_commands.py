@@ -180,14 +180,11 @@ def test_results_go_into_the_folder_one_is_in_unless_told(tmp_path, few, model, 
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
+    words, stem, endings = [few], "few", {"csv", "png"}
     if command == "synthesise":
-        printed(command, "--model", model, "--frames", 20)
-        assert {path.name for path in here.iterdir()} == {
-            f"gait-synthesise.{s}" for s in ("csv", "png", "mp4")
-        }
-    else:
-        printed(command, few, "--model", model)
-        assert {path.name for path in here.iterdir()} == {f"few-{command}.{s}" for s in ("csv", "png")}
+        words, stem, endings = ["--frames", 20], "gait", {"csv", "png", "mp4"}
+    printed(command, *words, "--model", model)
+    assert {path.name for path in here.iterdir()} == {f"{stem}-{command}.{ending}" for ending in endings}
 
 
 def test_the_picture_goes_where_it_is_told(tmp_path, poses, model):

@@ -7,18 +7,7 @@ import numpy as np
 import pytest
 
 from tests.kinematics.figures import HORSE, WALKER
-from tests.tracker.strolls import (
-    DUTY,
-    PERIOD,
-    SWING,
-    a_run,
-    angle_of,
-    bend,
-    posed,
-    stroll,
-    told,
-    without_feet,
-)
+from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, angle_of, bend, footless, posed, stroll, told
 from tests.tracker.tracks import random_track
 from tracker.gait.evened import evened
 from tracker.gait.figures import LEAST_STANCE, _mean_around, gait_of
@@ -50,16 +39,15 @@ def test_a_joint_turns_when_its_angle_is_greatest_or_least():
     track = stroll()
     # The knee is most bent 70 per cent after the near foot's strikes at 0.3 s, 1.4 s ...
     gait = gait_of(posed(track, knee_near=bend(track, 0.7)))
-    found = {measure.name: measure for measure in gait.measures}
     # Straight legs are no walk of those that weights were learned from: strikes are told late.
     strikes = np.array([stride.strike.at / 30.0 for stride in gait.strides["near"].sound])
     late = 100.0 * (((strikes - 0.3) / 1.1 + 0.5) % 1.0 - 0.5).mean()
     assert late == pytest.approx(2.0, abs=1.5)
-    assert found["knee flexion peak"].near.mean == pytest.approx(70.0 - late, abs=0.5)
+    assert gait.named("knee flexion peak").near.mean == pytest.approx(70.0 - late, abs=0.5)
     # Straight legs are farthest back when they leave the floor.
-    hip = found["hip extension peak"].far
+    hip = gait.named("hip extension peak").far
     assert hip.mean == pytest.approx(60.0, abs=3.5)
-    assert found["torso range"].near is None
+    assert gait.named("torso range").near is None
 
 
 def test_at_half_speed_times_halve_and_angles_stay():
@@ -247,10 +235,10 @@ def test_a_figure_without_these_legs_has_no_gait(rng):
     assert gait_of(random_track(rng, figure=replace(WALKER, links=tuple(links), panels=()))) is None
 
 
-def test_without_feet_there_is_no_range_of_the_ankles():
+def test_footless_there_is_no_range_of_the_ankles():
     track = stroll()
     assert "ankle range" in told(track)
-    found = told(without_feet(track))
+    found = told(footless(track))
     assert "ankle range" not in found
     assert found["hip range"] == told(track)["hip range"]
 

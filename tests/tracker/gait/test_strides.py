@@ -10,7 +10,7 @@ from tests.benchmarks.gait.learn import figure_of, poses
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import RATE
 from tests.kinematics.figures import WALKER
-from tests.tracker.strolls import angle_of, lost_in, posed, stroll, track_of, without_feet
+from tests.tracker.strolls import angle_of, footless, lost_in, posed, stroll, track_of
 from tracker.gait.moments import _peaks
 from tracker.gait.strides import goes_backwards, strides_of
 from tracker.scene.steps import random_build, walk
@@ -43,7 +43,7 @@ def test_a_walk_that_no_weight_was_learned_from_strikes_and_leaves_when_it_does(
     for seed in range(6):
         track, truth = a_walk(seed)
         if not feet:
-            track = without_feet(track)
+            track = footless(track)
         for side, strides in strides_of(track, False).items():
             for name, found in late.items():
                 true = np.array([getattr(contact, name) for contact in truth[side]])

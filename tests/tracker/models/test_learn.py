@@ -72,18 +72,8 @@ def test_another_motion_is_learned_by_its_label_though_it_travels_nowhere(trials
 
 
 def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
-    more = [
-        "--label",
-        "walk",
-        "--label",
-        "\xa0walk",
-        "--exclude-subjects",
-        "s1, s9",
-        "--order",
-        1,
-        "--fps",
-        25,
-    ]
+    chosen = ["--label", "walk", "--label", "\xa0walk", "--exclude-subjects", "s1, s9"]
+    more = [*chosen, "--order", 1, "--fps", 25]
     file = settings(tmp_path, 'licences = ["CREDIT", "none"]\nrounds = 1\n')
     result = succeeds(*learn(trials, tmp_path / "m.npz", *more, settings=file))
     assert "--exclude-subjects: no subject is called s9; there are s0, s1" in result.stderr
@@ -91,12 +81,6 @@ def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
         "2 states, order 1, 25 frames a second, from 1 sequence of subjects s0; terms: credit"
         in result.stdout
     )
-
-
-def test_pooled_motions_make_one_model(trials, tmp_path):
-    file = settings(tmp_path, "pooled = true\nrounds = 2\n")
-    succeeds(*learn(trials, tmp_path / "m.npz", "--noise", 2, settings=file))
-    assert set(load(tmp_path / "m.npz").labels) == {"walk-run"}
 
 
 @pytest.mark.parametrize(

@@ -11,16 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.tracker.report.reports import (
-    FPS,
-    HIP,
-    SECONDS,
-    Report,
-    chapter,
-    compared,
-    made,
-    write_clip,
-)
+from tests.tracker.report.reports import FPS, HIP, SECONDS, Report, chapter, compared, made, write_clip
 from tests.tracker.strolls import stroll
 from tracker.report import page
 from tracker.report.chapter import headline, unusual
