@@ -79,8 +79,8 @@ def pages(browser: Browser) -> Iterator[tuple[str, np.ndarray]]:
     yield "report.jpg", photograph(browser, (0, 0, 840, 788))
     yield "stride.png", photograph(browser, browser.value(BOX.format(selector=".cycles", edge=EDGE)))
     shutil.copy("walk.mp4", "unmarked.mp4")
-    with running("unmarked.mp4", cwd=os.getcwd()) as (_, address):
-        browser.open(address, width=1100, height=640)
+    with running("unmarked.mp4", cwd=os.getcwd()) as (_, client):
+        browser.open(client.address, width=1100, height=640)
         browser.wait("document.querySelectorAll('#joints button').length === 9")
         yield "annotate.jpg", photograph(browser, (0, 0, 1100, 640))
 

@@ -22,11 +22,11 @@ import numpy as np
 
 from kinematics.figure_file import load_figure
 from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
-from tests.tracker.annotate.clients import page, post, running
+from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.clips import everything, figtrack, write_table
-from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
-from tests.tracker.report.test_before_after import run as walked
+from tests.tracker.models.captures import COLUMNS, FPS, T, write_walk
+from tests.tracker.records import walked
 from tracker.cli import demo
 from tracker.experiments import reproduce as experiments
 from tracker.experiments import runtime
@@ -167,10 +167,10 @@ def mark(words, folder):
     """Mark the frame that the page shows as it was rendered."""
     figure = load_figure(words[words.index("--figure") + 1] if "--figure" in words else "walker")
     truth = read_keypoints((folder / words[0]).with_suffix(".keypoints.csv"), figure.marks)
-    with running(*words, cwd=folder) as (process, address):
-        opening = page(address)
+    with running(*words, cwd=folder) as (process, client):
+        opening = client.opening()
         frame = opening["frame"]["index"]
-        answer = post(address, "save", {"frames": {str(frame): told(truth[frame])}, "close": True})
+        answer = client.post("save", {"frames": {str(frame): told(truth[frame])}, "close": True})[1]
         _, errors = process.communicate(timeout=120)
     if "saved" not in answer or process.returncode:
         raise CommandFailedError(f"annotate {' '.join(words)}: {answer} {errors}")
@@ -178,12 +178,12 @@ def mark(words, folder):
 
 def correct(words, folder):
     """Keep a frame as it was followed, and follow the figure again through it."""
-    with running(*words, cwd=folder, command="correct") as (process, address):
-        figure = page(address)["frame"]["figure"]
-        answer = post(address, "follow", {"frames": {"3": figure}, "anyway": True})
+    with running(*words, cwd=folder, command="correct") as (process, client):
+        figure = client.opening()["frame"]["figure"]
+        answer = client.post("follow", {"frames": {"3": figure}, "anyway": True})[1]
         while answer.get("follows") or "wait" in answer.get("error", ""):
             time.sleep(0.2)
-            answer = post(address, "save", {"frames": {}, "close": True, "anyway": True})
+            answer = client.post("save", {"frames": {}, "close": True, "anyway": True})[1]
         _, errors = process.communicate(timeout=120)
     if "closed" not in answer or process.returncode:
         raise CommandFailedError(f"correct {' '.join(words)}: {answer} {errors}")
@@ -191,8 +191,8 @@ def correct(words, folder):
 
 def look(words, folder):
     """See which films there are, and end."""
-    with running(*words, cwd=folder, command="app") as (process, address):
-        films = [film["name"] for film in page(address)["films"]]
+    with running(*words, cwd=folder, command="app") as (process, client):
+        films = [film["name"] for film in client.opening()["films"]]
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=120)
     if not films or process.returncode:

@@ -9,7 +9,7 @@ import cv2
 from tests.tracker import people
 from tests.tracker.clips import figtrack, write_table, write_video
 from tests.tracker.gaits import gait_model, saved
-from tests.tracker.models.test_learn import COLUMNS, T, write_walk
+from tests.tracker.models.captures import write_trials
 from tests.tracker.people import WALKER
 
 FRAMES = 4  # of the clip
@@ -76,11 +76,7 @@ def fill(folder, clip):
     (folder / "quick.toml").write_text("rounds = 1\n")
     for name, write in FOREIGN.items():
         write(folder / name)
-    rows = [COLUMNS]
-    for i, (activity, stride) in enumerate([("walk", 34.0), ("walk", 31.0), ("run", 22.0)]):
-        write_walk(folder / f"c{i}.bvh", stride, i)
-        rows.append(f"c{i}.bvh,s{i},t,{activity},30,0-{T},,free")
-    (folder / "trials.csv").write_text("\n".join(rows) + "\n")
+    write_trials(folder, [("s0", "walk", 34.0), ("s1", "walk", 31.0), ("s2", "run", 22.0)])
     _done(words("synthesise --frames 40 --out poses.csv"))
     for command in BEFOREHAND:
         _done(words(command))

@@ -15,17 +15,22 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 PATIENCE = 30.0  # seconds for anything the browser is asked for
 LEFT = "Inspected target navigated", "Execution context was destroyed"  # how errors of such scripts begin
 MODIFIERS = {"Alt": 1, "Control": 2, "Meta": 4, "Shift": 8}
-KEY_CODES = {"Enter": 13, "Escape": 27, "Delete": 46, "Tab": 9, " ": 32}
-KEY_CODES |= {
+KEY_CODES = {
+    "Enter": 13,
+    "Escape": 27,
+    "Delete": 46,
+    "Tab": 9,
+    " ": 32,
     ",": 188,
     ".": 190,
     "<": 188,
     ">": 190,
-    "ArrowLeft": 37,
-    "ArrowUp": 38,
-    "ArrowRight": 39,
-    "ArrowDown": 40,
 }
+KEY_CODES |= {f"Arrow{way}": 37 + i for i, way in enumerate(("Left", "Up", "Right", "Down"))}
+OPTIONS = (
+    "--headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run --no-proxy-server "
+    "--remote-debugging-port=0"
+)
 
 
 class PageLeftError(AssertionError):
@@ -93,6 +98,11 @@ class Browser:
         """What a script comes to of each element, which it calls `one`."""
         return self.value(f"[...document.querySelectorAll({json.dumps(selector)})].map(one => {what})")
 
+    def box(self, selector, i=0):
+        """Left, top, width and height of an element, pixels of the window."""
+        boxes = "(b => [b.x, b.y, b.width, b.height])(one.getBoundingClientRect())"
+        return self.each(selector, boxes)[i]
+
     def press(self, key, *held):
         """One key, others held down."""
         flags = sum(MODIFIERS[name] for name in held)
@@ -123,13 +133,9 @@ class Browser:
 
     def push(self, selector):
         """Click the middle of an element."""
-        name = json.dumps(selector)
-        self.value(f"document.querySelector({name}).scrollIntoView({{block: 'center'}})")
-        box = self.value(
-            f"(() => {{const b = document.querySelector({name}).getBoundingClientRect();"
-            "return [b.x + b.width / 2, b.y + b.height / 2]})()"
-        )
-        self.click(*box)
+        self.value(f"document.querySelector({json.dumps(selector)}).scrollIntoView({{block: 'center'}})")
+        left, top, width, height = self.box(selector)
+        self.click(left + width / 2, top + height / 2)
 
     def picture(self, path):
         """A screenshot as PNG."""
@@ -164,15 +170,7 @@ def chromium(folder):
     websocket = pytest.importorskip(
         "websocket", reason="websocket-client is not installed; it is among [dev]"
     )
-    command = [
-        found,
-        "--headless=new",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-dev-shm-usage",
-        "--no-first-run",
-    ]
-    command += ["--no-proxy-server", "--remote-debugging-port=0", f"--user-data-dir={folder}", "about:blank"]
+    command = [found, *OPTIONS.split(), f"--user-data-dir={folder}", "about:blank"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         page = _page(folder / "DevToolsActivePort")

@@ -102,6 +102,20 @@ def figtrack(*words):
     return result
 
 
+def succeeds(*words):
+    """The result of a command that ends well."""
+    result = figtrack(*words)
+    assert result.exit_code == 0, result.output
+    return result
+
+
+def printed(*words):
+    """What a quiet command prints that ends well and warns of nothing."""
+    result = succeeds(*words, "--quiet")
+    assert result.stderr == ""
+    return result.stdout
+
+
 def refused(*words):
     """The one line on stderr of a command that could not be done."""
     result = figtrack(*words, "--quiet")

@@ -27,6 +27,7 @@ LEGS = {  # as ours are named: the right leg of who faces right is the nearer on
     for ours, theirs in (("near", "right"), ("far", "left"))
     for part in ("knee", "ankle", "toe")
 }
+LIKELIHOOD = 0.95  # of every point of a DeepLabCut table
 OPENPOSE_NAMES = {
     "right_toe": "RBigToe",
     "left_toe": "LBigToe",
@@ -41,11 +42,11 @@ def moved(points, dx=0.0, dy=0.0, size=1.0):
     return {name: (dx + size * x, dy + size * y) for name, (x, y) in points.items()}
 
 
-def mirrored(points, width=300.0):
+def mirrored(points):
     """The same person facing the other way, seen from the other side: right and left exchanged."""
     other = {"right": "left", "left": "right"}
     return {
-        "_".join(other.get(word, word) for word in name.split("_")): (width - x, y)
+        "_".join(other.get(word, word) for word in name.split("_")): (300.0 - x, y)
         for name, (x, y) in points.items()
     }
 
@@ -114,7 +115,7 @@ def trc(path, people):
     return path
 
 
-def dlc(path, by_row, names=None, likelihood=0.95, individuals=None):
+def dlc(path, by_row, names=None, individuals=None):
     """A table; `by_row` by what stands in front of a row, a list of people where there are individuals."""
     people = [None] if individuals is None else individuals
     names = list(WALKER) if names is None else names
@@ -130,7 +131,7 @@ def dlc(path, by_row, names=None, likelihood=0.95, individuals=None):
         cells = [front]
         for points in [entry] if individuals is None else entry:
             for name in names:
-                cells += [*points[name], likelihood] if name in points else ["", "", ""]
+                cells += [*points[name], LIKELIHOOD] if name in points else ["", "", ""]
         rows.append(cells)
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows(rows)

@@ -32,9 +32,9 @@ def ran(code, *arguments, timeout=120):
     return done.returncode, done.stdout, done.stderr
 
 
-def printed_by(code, folder=ROOT):
+def printed_by(code, folder=ROOT, environment=os.environ):
     """The lines that a fresh interpreter prints, in a folder."""
-    words, environment = [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(ROOT)}
+    words, environment = [sys.executable, "-c", code], environment | {"PYTHONPATH": str(ROOT)}
     said = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True)
     return said.stdout.splitlines()
 

@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 from tests.kinematics.figures import WALKER
+from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
+from tracker.gait.figures import gait_of
 from tracker.run.read import read_run
 from tracker.run.write import write_tables
 
@@ -41,6 +43,15 @@ def write_folder(track, folder, *, length=FRAMES, video="späte Läufe/walk 1.mp
     }
     news = {key: value for key, value in (news | changes).items() if value is not None}
     (folder / "run.json").write_text(json.dumps(news))
+    return folder
+
+
+def walked(folder, *, height=None, facing=1, **walk):
+    """The folder of a stroll's run with its gait figures."""
+    track = stroll(**walk)
+    track = replace(track, view=replace(track.view, facing=facing))
+    write_folder(track, folder, length=len(track), fps=30.0, height=height)
+    (folder / "gait.json").write_text(json.dumps(gait_of(track).summary()))
     return folder
 
 

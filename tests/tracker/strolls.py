@@ -1,11 +1,11 @@
-"""Walks made up for tests, whose every strike and leaving is known, and their gait figures."""
+"""Walks made up for tests, whose every strike and leaving is known, variants of them, and their gait."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from kinematics.spm import View
-from tests.kinematics.figures import WALKER
+from tests.kinematics.figures import FOOTLESS, WALKER
 from tracker.gait.figures import gait_of
 from tracker.run.track import Track
 
@@ -45,13 +45,12 @@ def stroll(
 def a_run(seconds=6.0):
     """Knees that bend far, a hip that is high while the feet are apart, and short stances."""
     track = stroll(seconds, period=0.75, duty=0.35)
-    q = track.q.copy()
-    apart = np.abs(q[:, WALKER.index("hip_near")] - q[:, WALKER.index("hip_far")])
-    q[:, 1] = 0.05 * apart
+    near, far = (angle_of(track, f"hip_{side}") for side in ("near", "far"))
+    knees = {}
     for side, late in (("near", 0.0), ("far", 0.5)):
         phase = 2.0 * np.pi * ((track.times - 0.3) / 0.75 - late)
-        q[:, WALKER.index(f"knee_{side}")] = np.radians(60.0 - 50.0 * np.cos(phase - 0.9 * np.pi))
-    return replace(track, q=q, labels=("run",))
+        knees[f"knee_{side}"] = np.radians(60.0 - 50.0 * np.cos(phase - 0.9 * np.pi))
+    return replace(posed(track, root_y=0.05 * np.abs(near - far), **knees), labels=("run",))
 
 
 def _eased(share, ramp):
@@ -79,6 +78,37 @@ def track_of(q, times, sigma=0.002):
         shift=np.zeros((T, 2)),
         mark=0.02,
     )
+
+
+def angle_of(track, name):
+    """(T,) values of a freedom."""
+    return track.q[:, track.figure.index(name)]
+
+
+def posed(track, **freedoms):
+    """The same track with other values of these freedoms."""
+    q = track.q.copy()
+    for name, values in freedoms.items():
+        q[:, track.figure.index(name)] = values
+    return replace(track, q=q)
+
+
+def bend(track, share, width=0.1, strike=0.3):
+    """(T,) radians that are greatest at a share of the stride of a foot that strikes then."""
+    phase = ((track.times - strike) / PERIOD) % 1.0
+    return np.exp(-(((phase - share) / width) ** 2))
+
+
+def lost_in(track, *rows):
+    """The same track, in these rows of which the figure was lost."""
+    return replace(track, outcome=tuple("lost" if t in rows else "ok" for t in range(len(track))))
+
+
+def footless(track):
+    """The same track of a figure that ends at the ankles."""
+    figure = FOOTLESS.with_lengths([link.length for link in track.figure.links[: len(FOOTLESS.links)]])
+    kept = [track.figure.index(name) for name in figure.freedoms]
+    return replace(track, figure=figure, q=track.q[:, kept], cov=track.cov[:, kept][:, :, kept])
 
 
 def told(track, rate=1.0, known=None):

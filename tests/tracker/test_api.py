@@ -1,8 +1,6 @@
 """The Python face: the same poses as the command, as arrays, and nothing written."""
 
 import re
-import statistics
-import time
 import warnings
 
 import numpy as np
@@ -10,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import tracker
-from tests.tracker.clips import everything, figtrack, read_csv
+from tests.tracker.clips import everything, read_csv, succeeds
 from tests.tracker.processes import printed_by
 from tracker.settings import Settings
 
@@ -42,7 +40,7 @@ def test_the_joints_lie_where_the_walker_is(clip, track):
 
 def test_it_is_the_track_of_the_command_with_the_same_options(clip, track, tmp_path):
     words = ["track", clip.video, "--keypoints", clip.keypoints, "--out", tmp_path / "out"]
-    assert figtrack(*words, "--start", 3, "--stop", 6, "--quiet").exit_code == 0
+    succeeds(*words, "--start", 3, "--stop", 6, "--quiet")
     rows = read_csv(tmp_path / "out" / "keypoints.csv")
     for j, name in enumerate(track.figure.joints):
         places = [(float(row["x"]), float(row["y"])) for row in rows if row["keypoint"] == name]
@@ -113,13 +111,3 @@ def test_what_the_command_warns_of_is_a_warning(clip, tmp_path):
 def test_importing_it_imports_nothing_slow():
     code = f"import sys, tracker; print([name for name in {SLOW} if name in sys.modules])"
     assert printed_by(code) == ["[]"]
-
-
-@pytest.mark.speed
-def test_it_is_imported_at_once():
-    def seconds():
-        began = time.perf_counter()
-        printed_by("import tracker")
-        return time.perf_counter() - began
-
-    assert statistics.median(seconds() for _ in range(5)) < 0.5

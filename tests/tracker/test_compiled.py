@@ -3,21 +3,21 @@
 import importlib
 import os
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 from typing import get_type_hints
 
 import numba
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.tracker.processes import ROOT, printed_by
+
 SUMS = """
+import sys
 import numpy as np
 from tracker.compiled import tell_unkept
 from tracker.outline.chain import Chain
 from tracker.progress import Progress
 print(Chain.of(1, np.full(1, 0.5), np.ones(1)).paths(np.ones((1, 1))).tolist())
+sys.stderr = sys.stdout
 for _ in range(2):
     tell_unkept(Progress("plain"))
 """
@@ -36,21 +36,6 @@ odds = rng.normal(size=(20, 60, 60)).astype(np.float32)
 found = *shape.painted(q, grid), *shape.under(q, odds, 0.5 * odds, grid)
 print(hashlib.sha256(b"".join(each.tobytes() for each in found)).hexdigest())
 """
-
-
-def output_of(code, environment, cwd):
-    """What a process of its own prints, and what it says aside."""
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=environment | {"PYTHONPATH": str(cwd)},
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout, done.stderr
 
 
 def kept(module):
@@ -83,18 +68,17 @@ def sealed(tmp_path):
 def test_where_neither_package_nor_home_can_be_written_it_is_compiled_all_the_same_and_said_once(sealed):
     away = {"HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "LOCALAPPDATA": os.devnull}
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-    said, aside = output_of(SUMS, environment | away, sealed)
-    assert said == "[[0.5]]\n"
-    assert aside.count("NUMBA_CACHE_DIR names a folder that keeps it") == 1
-    assert len(aside.splitlines()) == 1
+    said, aside = printed_by(SUMS, sealed, environment | away)
+    assert said == "[[0.5]]"
+    assert "NUMBA_CACHE_DIR names a folder that keeps it" in aside
 
 
 @pytest.mark.whole
 def test_outlines_are_the_same_to_the_last_bit_compiled_anew_or_as_kept(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    anew = output_of(OUTLINES, environment, ROOT)[0]
+    anew = printed_by(OUTLINES, environment=environment)
     code = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")}
-    again = output_of(OUTLINES, environment, ROOT)[0]
+    again = printed_by(OUTLINES, environment=environment)
     assert again == anew
     assert code
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")} == code  # nothing is compiled

@@ -16,14 +16,12 @@ def work(shown, steps=3, total=3):
             advance()
 
 
-def test_plain_progress_ends_in_one_line(capsys):
-    work(Progress("plain"))
-    assert capsys.readouterr() == ("", "walk: 3 of 3 in 0 s\n")
-
-
-def test_a_number_of_steps_that_is_not_known_is_left_out(capsys):
-    work(Progress("plain"), total=None)
-    assert capsys.readouterr().err == "walk: 3 in 0 s\n"
+@pytest.mark.parametrize(
+    ("steps", "total", "told"), [(3, 3, "3 of 3"), (1000, 1000, "1000 of 1000"), (3, None, "3")]
+)
+def test_plain_progress_is_one_line_at_its_end_without_a_number_that_is_not_known(capsys, steps, total, told):
+    work(Progress("plain"), steps, total)
+    assert capsys.readouterr() == ("", f"walk: {told} in 0 s\n")
 
 
 def test_a_quiet_run_shows_no_progress_but_its_warnings(capsys):
@@ -54,29 +52,19 @@ def test_a_note_is_a_line_unless_the_run_is_quiet(capsys):
     assert capsys.readouterr() == ("", 'took 9 joints\n{"note": "took 9 joints"}\n')
 
 
-def test_json_progress_is_one_object_a_line_from_the_start(capsys, monkeypatch):
+def test_json_progress_is_one_object_a_line_from_the_start_and_the_end_is_told_once(capsys, monkeypatch):
     monkeypatch.setattr(progress, "EVERY", {"plain": -1.0, "json": -1.0})
     shown = Progress("json")
     work(shown, steps=2, total=4)
+    work(shown, steps=3, total=3)
     shown.warn("cut short")
     out, err = capsys.readouterr()
     *lines, last = [json.loads(line) for line in err.splitlines()]
     assert out == ""
-    assert [line["done"] for line in lines] == [0, 1, 2, 2]
+    assert [line["done"] for line in lines] == [0, 1, 2, 2, 0, 1, 2, 3]
     assert all(line.keys() == {"task", "done", "total", "seconds", "seconds_left"} for line in lines)
     assert lines[0]["seconds_left"] is None
     assert last == {"warning": "cut short"}
-
-
-def test_the_end_is_told_once_however_long_the_last_step_took(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "EVERY", {"plain": -1.0, "json": -1.0})
-    work(Progress("json"), steps=3, total=3)
-    assert [json.loads(line)["done"] for line in capsys.readouterr().err.splitlines()] == [0, 1, 2, 3]
-
-
-def test_lines_come_no_oftener_than_they_can_be_read(capsys):
-    work(Progress("plain"), steps=1000, total=1000)
-    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_the_time_left_is_told_in_proportion(capsys, monkeypatch):

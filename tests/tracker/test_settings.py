@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from tests.tracker.clips import figtrack
+from tests.tracker.clips import figtrack, succeeds
 from tracker.settings import Settings, SettingsError, read_settings, settings_toml
 
 
@@ -36,11 +36,6 @@ def test_every_fault_is_named_at_once(toml):
     assert "\n" not in text
 
 
-def test_every_setting_says_what_it_is():
-    for name, field in Settings.model_fields.items():
-        assert field.description, name
-
-
 def test_defaults_survive_the_file_that_holds_them(toml):
     assert read_settings(toml(settings_toml())) == Settings()
     assert tomllib.loads(settings_toml()).keys() == Settings.model_fields.keys()
@@ -50,6 +45,7 @@ def test_the_file_says_what_each_setting_means_its_range_and_its_default():
     blocks = dict(re.findall(r"# (\w+): (.*)\n\1 = ", settings_toml()))
     assert blocks.keys() == Settings.model_fields.keys()
     for name, field in Settings.model_fields.items():
+        assert field.description, name
         assert blocks[name].startswith(f"{field.description}; ")
         assert "; default " in blocks[name]
     assert blocks["spacing"].endswith("leg lengths; at least 0.005 and at most 0.2; default 0.022")
@@ -72,14 +68,14 @@ def test_a_range_that_the_file_names_is_the_one_that_is_kept(toml):
 def test_the_command_writes_the_file_and_replaces_none_unasked(tmp_path):
     assert figtrack("settings").stdout == settings_toml()
     path = tmp_path / "neue Werte" / "s.toml"
-    assert figtrack("settings", "--out", path).exit_code == 0
+    succeeds("settings", "--out", path)
     assert read_settings(path) == Settings()
     path.write_text("mine = 1\n")
     result = figtrack("settings", "--out", path)
     assert result.exit_code == 1
     assert result.stderr.startswith("error: ")
     assert path.read_text() == "mine = 1\n"
-    assert figtrack("settings", "--out", path, "--overwrite").exit_code == 0
+    succeeds("settings", "--out", path, "--overwrite")
     assert read_settings(path) == Settings()
 
 

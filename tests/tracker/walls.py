@@ -7,9 +7,9 @@ ROUGH = 2.5  # pixels: size of its grains
 CONTRAST = 25.0  # grey levels, standard deviation
 
 
-def wall(shape, seed=0):
+def wall(shape):
     """(H, W, 3) uint8, grey."""
-    rough = cv2.GaussianBlur(np.random.default_rng(seed).normal(size=shape[:2]), (0, 0), ROUGH)
+    rough = cv2.GaussianBlur(np.random.default_rng(0).normal(size=shape[:2]), (0, 0), ROUGH)
     grey = 125.0 + CONTRAST / rough.std() * rough
     return np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[..., None], 3, axis=-1)
 

@@ -24,14 +24,16 @@ def corner_colors(image):
     return np.array([image[k].mean((0, 1)) for k in [*inner, (slice(h, None), slice(w, None))]])
 
 
-def make_clip(path, images, *, ticks=None, format="mp4", key_every=250, x264=""):
-    """h264 at 30 frames a second, the index in front; `ticks` are times in milliseconds."""
+def make_clip(
+    path, images, *, ticks=None, format="mp4", key_every=250, x264="", codec="libx264", pixels="yuv420p"
+):
+    """A clip at 30 frames a second, the index in front; `ticks` are times in milliseconds."""
     options = {"movflags": "+faststart"} if format == "mp4" else {}
     with av.open(str(path), "w", format=format, options=options) as container:
         coding = {"crf": "10", "g": str(key_every), "x264-params": x264}
-        stream = container.add_stream("libx264", rate=30, options=coding)
+        stream = container.add_stream(codec, rate=30, options=coding)
         stream.height, stream.width = images[0].shape[:2]
-        stream.pix_fmt = "yuv420p"
+        stream.pix_fmt = pixels
         if ticks is not None:
             stream.codec_context.time_base = Fraction(1, 1000)
         for t, image in enumerate(images):
@@ -52,6 +54,14 @@ def set_display_matrix(path, matrix):
     stored = path.read_bytes()
     at = stored.index(fixed(1, 0, 0, 1), stored.index(b"tkhd"))
     path.write_bytes(stored[:at] + fixed(*matrix) + stored[at + 20 :])
+
+
+def begin_later(path, frames):
+    """Patch the edit list of a clip of `make_clip`, so that its first frames are not shown."""
+    stored = path.read_bytes()
+    at = stored.index(b"elst") + 16  # where in the track its showing begins, 512 ticks a frame
+    begin = int.from_bytes(stored[at : at + 4], "big") + 512 * frames
+    path.write_bytes(stored[:at] + begin.to_bytes(4, "big") + stored[at + 4 :])
 
 
 def noise(count, rng):

@@ -8,19 +8,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from tests.videos.clips import make_clip
 from tracker.clip.pictures import Reel
 from videos import recall
 from videos.frames import Video
-from videos.writer import Writer
 
 FRAMES = 12
 
 
 def written(path, grey=0):
-    with Writer(path, 30.0, (32, 16)) as film:
-        for t in range(FRAMES):
-            film.write(np.full((16, 32, 3), grey + 8 * t, np.uint8))
-    return path
+    return make_clip(path, [np.full((16, 32, 3), grey + 8 * t, np.uint8) for t in range(FRAMES)])
 
 
 @pytest.fixture

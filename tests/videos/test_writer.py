@@ -62,19 +62,12 @@ def test_odd_sizes_grow_by_their_last_column_and_row(tmp_path):
     assert_allclose(image[:, 33].mean(0), BLUE, atol=10)
 
 
-def test_frames_keep_the_times_they_are_given(tmp_path):
-    times = [0.5, 0.53, 0.6, 0.61, 0.9]
-    with Writer(tmp_path / "overlay.mp4", 30.0, (32, 32)) as writer:
-        for time in times:
-            writer.write(two_halves(32, 32), time)
-    assert_allclose([frame.time for frame in Video(tmp_path / "overlay.mp4")], times, atol=1e-4)
-
-
-def test_a_frame_without_a_time_follows_at_the_nominal_rate(tmp_path):
+def test_frames_keep_the_times_they_are_given_and_one_without_follows_at_the_nominal_rate(tmp_path):
     with Writer(tmp_path / "overlay.mp4", 10.0, (32, 32)) as writer:
-        writer.write(two_halves(32, 32), 2.0)
-        writer.write(two_halves(32, 32))
-    assert_allclose([frame.time for frame in Video(tmp_path / "overlay.mp4")], [2.0, 2.1], atol=1e-4)
+        for time in (0.5, 0.53, 0.6, 0.61, 0.9, None):
+            writer.write(two_halves(32, 32), time)
+    found = [frame.time for frame in Video(tmp_path / "overlay.mp4")]
+    assert_allclose(found, [0.5, 0.53, 0.6, 0.61, 0.9, 1.0], atol=1e-4)
 
 
 @pytest.mark.parametrize("written", [0, 3, 80])
@@ -91,7 +84,7 @@ def test_an_interrupted_writer_leaves_nothing(tmp_path, written):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_interrupted_writer_leaves_the_earlier_video_as_it_was(tmp_path):
+def test_an_earlier_video_is_replaced_by_a_complete_one_and_by_no_other(tmp_path):
     path = tmp_path / "overlay.mp4"
     write_clip(path)
     before = path.read_bytes()
@@ -104,14 +97,9 @@ def test_an_interrupted_writer_leaves_the_earlier_video_as_it_was(tmp_path):
     with pytest.raises(ValueError, match="like the video"):
         broken()
     assert path.read_bytes() == before
+    write_clip(path, count=5)
+    assert len(list(Video(path))) == 5
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_complete_video_replaces_the_earlier_one(tmp_path):
-    write_clip(tmp_path / "overlay.mp4", count=3)
-    write_clip(tmp_path / "overlay.mp4", count=5)
-    assert len(list(Video(tmp_path / "overlay.mp4"))) == 5
-    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_a_video_without_images_is_an_error_and_no_file(tmp_path):

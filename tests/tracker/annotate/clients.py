@@ -2,6 +2,7 @@
 
 import json
 import re
+import threading
 from contextlib import contextmanager
 from http.client import HTTPConnection
 
@@ -16,11 +17,11 @@ class Connection(HTTPConnection):
 
 
 class Client:
-    """Asks one server; what it sends unless told is what the page would send."""
+    """Asks the server at an address; what it sends unless told is what the page would send."""
 
-    def __init__(self, server):
-        self.server, self.host = server, f"127.0.0.1:{server.server_port}"
-        self.key = server.key
+    def __init__(self, address):
+        self.address = address
+        self.host, self.key = address.removeprefix("http://").rstrip("/").split("/")
 
     def ask(self, method, what, body=None, *, key=None, raw=None, **headers):
         """Status, headers and body of the answer; a header given as None is left out."""
@@ -30,7 +31,7 @@ class Client:
             raw = json.dumps(body).encode() if raw is None else raw
             usual["Content-Length"] = str(len(raw))
         sent = {name: text for name, text in {**usual, **headers}.items() if text is not None}
-        connection = Connection("127.0.0.1", self.server.server_port, timeout=10)
+        connection = Connection(self.host, timeout=10)
         path = what if what.startswith(("/", "http", "*")) else f"/{self.key if key is None else key}/{what}"
         connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
         for name, text in sent.items():
@@ -49,34 +50,36 @@ class Client:
         status, _, content = self.ask("POST", what, body, **more)
         return status, json.loads(content)
 
+    def opening(self):
+        """What the page starts with."""
+        page = self.ask("GET", "")[2].decode()
+        return json.loads(re.search(r'type="application/json">(.*?)</script>', page, re.DOTALL)[1])
+
+
+@contextmanager
+def serving(server):
+    """A client of a `server` that runs; its `thread` ends with what is served."""
+    with server:
+        client = Client(server.address)
+        client.server = server
+        client.thread = threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True)
+        client.thread.start()
+        try:
+            yield client
+        finally:
+            server.shutdown()
+
 
 @contextmanager
 def running(*words, cwd=None, command="annotate"):
-    """The command at work, all that it `said` so far, and the address in it."""
+    """The command at work, all that it `said` so far, and a client of the address in it."""
     process = started(command, *words, "--no-browser", cwd=cwd)
     try:
         lines = iter(process.stdout.readline, "")
         process.said = next(lines)
         while not (found := re.search(r"http://\S+", process.said)):
             process.said += next(lines)
-        yield process, found[0]
+        yield process, Client(found[0])
     finally:
         process.kill()
         process.communicate()
-
-
-def post(address, what, body):
-    host, key = address.removeprefix("http://").rstrip("/").split("/")
-    connection = HTTPConnection(host, timeout=10)
-    headers = {"Content-Type": "application/json", "Origin": f"http://{host}"}
-    connection.request("POST", f"/{key}/{what}", json.dumps(body), headers)
-    return json.loads(connection.getresponse().read())
-
-
-def page(address):
-    """What the page starts with."""
-    host, key = address.removeprefix("http://").rstrip("/").split("/")
-    connection = HTTPConnection(host, timeout=10)
-    connection.request("GET", f"/{key}/")
-    text = connection.getresponse().read().decode()
-    return json.loads(re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)[1])

@@ -1,14 +1,13 @@
 """The marking page of the rendered walk, a server with a client that asks it, and a run to be corrected."""
 
 import shutil
-import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from kinematics.sides import exchanged as sides
-from tests.tracker.annotate.clients import Client
+from tests.tracker.annotate.clients import serving
 from tests.tracker.annotate.exchanged_run import QUIET, TURN, T
 from tests.tracker.annotate.pages import session_page
 from tests.tracker.clips import write_table, write_video
@@ -33,13 +32,8 @@ def table(tmp_path):
 @pytest.fixture
 def client(clip, table):
     """A client of a server that runs; its `thread` ends with the session."""
-    with Server(Session(clip.video, Table(table), 0)) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
-        thread.start()
-        client = Client(server)
-        client.thread = thread
+    with serving(Server(Session(clip.video, Table(table), 0))) as client:
         yield client
-        server.shutdown()
 
 
 @pytest.fixture

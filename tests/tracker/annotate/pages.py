@@ -1,10 +1,10 @@
 """The marking page of a session, and what a person does on it in a browser."""
 
-import threading
 from contextlib import contextmanager
 
 import numpy as np
 
+from tests.tracker.annotate.clients import serving
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
@@ -82,13 +82,13 @@ def session_page(browser, video, table, *, taken=None, **window):
 @contextmanager
 def served(browser, session, **window):
     """The page of a session."""
-    with Server(session) as server:
-        threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
-        page = Page(browser, server.address, **window)
-        page.server = server
-        yield page
-        browser.open("about:blank")  # a page that outlives its server complains
-        server.shutdown()
+    with serving(Server(session)) as client:
+        try:
+            page = Page(browser, client.address, **window)
+            page.server = client.server
+            yield page
+        finally:
+            browser.open("about:blank")  # a page that outlives its server complains
 
 
 def near(place, wanted, within=HUNDREDTH):

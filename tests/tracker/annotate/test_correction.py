@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from tests.tracker.annotate.clients import page, post, running
+from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.exchanged_run import LEGS, QUIET, T
 from tests.tracker.clips import everything, read_json, refused
 from tracker.annotate.correction import Correction
@@ -26,8 +26,8 @@ def moved(session, frame):
 @pytest.mark.whole
 def test_a_run_that_is_closed_untouched_is_as_it_was(run):
     before = everything(run)
-    with running(run, command="correct") as (process, address):
-        opening = page(address)
+    with running(run, command="correct") as (process, client):
+        opening = client.opening()
         assert opening["run"]["start"] == opening["frame"]["index"] == 0
         assert set(opening["frame"]["figure"]) >= set(LEGS)
         process.terminate()
@@ -39,11 +39,11 @@ def test_a_run_that_is_closed_untouched_is_as_it_was(run):
 @pytest.mark.whole
 def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corrections(run):
     before = everything(run)
-    with running(run, command="correct") as (process, address):
-        figure = page(address)["frame"]["figure"]
+    with running(run, command="correct") as (process, client):
+        figure = client.opening()["frame"]["figure"]
         frames = {"7": {name: mark | {"x": mark["x"] + 2.0} for name, mark in figure.items()}}
-        assert post(address, "follow", {"frames": frames, "anyway": True})["follows"]
-        assert "wait until that is done" in post(address, "save", {"frames": frames})["error"]
+        assert client.post("follow", {"frames": frames, "anyway": True})[1]["follows"]
+        assert "wait until that is done" in client.post("save", {"frames": frames})[1]["error"]
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=120)
     assert process.returncode == 0
@@ -52,8 +52,8 @@ def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corr
     assert read_keypoints(run / "corrected.keypoints.csv").keys() == {0, 7}
     assert {path: data for path, data in after.items() if path.name != "corrected.keypoints.csv"} == before
     assert {path.name for path in run.parent.iterdir()} == {"run"}
-    with running(run, command="correct") as (_, address):
-        opening = page(address)
+    with running(run, command="correct") as (_, client):
+        opening = client.opening()
     assert sorted(opening["marks"]) == ["0", "7"]
     assert (opening["run"]["pending"], opening["run"]["told"]) == (
         True,

@@ -28,8 +28,10 @@ def correcting(browser, folder, frame=None, **window):
             session.work(0.02)
 
     threading.Thread(target=work, daemon=True).start()
-    with served(browser, session, **window) as page:
-        yield page
+    try:
+        with served(browser, session, **window) as page:
+            yield page
+    finally:
         closed.set()
 
 
@@ -46,8 +48,8 @@ def follow_on(browser):
 def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(browser, scene, run):
     before = exchanged(scene, run)
     assert (before[:TURN].any(), before[TURN:].all()) == (False, True)
-    with running(run, "--frame", TURN, "--quiet", command="correct") as (process, address):
-        shown = Page(browser, address)
+    with running(run, "--frame", TURN, "--quiet", command="correct") as (process, client):
+        shown = Page(browser, client.address)
         shown.turn_to(TURN)
         tracked = shown.points()
         browser.push("#legs")

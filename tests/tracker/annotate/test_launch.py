@@ -11,7 +11,7 @@ from urllib.parse import unquote
 import pytest
 
 from tests.tracker import people
-from tests.tracker.annotate.clients import page, post, running
+from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.clips import figtrack
 from tests.tracker.people import WALKER
@@ -31,8 +31,8 @@ def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
 @pytest.mark.whole
 def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
     table = tmp_path / "k.csv"
-    with running(clip.video, "--out", table, "--empty") as (process, address):
-        assert post(address, "save", {"frames": {"2": told({"hip": Mark(3, 4)})}})["saved"] == str(table)
+    with running(clip.video, "--out", table, "--empty") as (process, client):
+        assert client.post("save", {"frames": {"2": told({"hip": Mark(3, 4)})}})[1]["saved"] == str(table)
         process.send_signal(signal.SIGINT)
         out, errors = process.communicate(timeout=120)
     assert (process.returncode, errors) == (0, "")
@@ -45,10 +45,10 @@ def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
 
 @pytest.mark.whole
 def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(clip, tmp_path):
-    with running(clip.video, "--frame", 3, "--empty", cwd=tmp_path) as (process, address):
-        assert page(address)["frame"]["index"] == 3
+    with running(clip.video, "--frame", 3, "--empty", cwd=tmp_path) as (process, client):
+        assert client.opening()["frame"]["index"] == 3
         frames = {"0": told({"hip": Mark(1, 2)}), "3": told({"hip": Mark(3, 4)})}
-        post(address, "save", {"frames": frames, "close": True, "anyway": True})
+        client.post("save", {"frames": frames, "close": True, "anyway": True})
         out, _ = process.communicate(timeout=120)
     assert out.endswith(f"next: figtrack track {clip.video} --keypoints walk.keypoints.csv --anchors\n")
     assert sorted(read_keypoints(tmp_path / "walk.keypoints.csv")) == [0, 3]
@@ -58,8 +58,8 @@ def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(c
 def test_marks_taken_from_another_program_open_their_frame(clip, tmp_path):
     source = people.dlc(tmp_path / "net.csv", {"4": WALKER})
     more = ("--from", source, "--facing", "left")
-    with running(clip.video, "--out", tmp_path / "k.csv", *more) as (_, address):
-        opening = page(address)
+    with running(clip.video, "--out", tmp_path / "k.csv", *more) as (_, client):
+        opening = client.opening()
     assert opening["frame"]["index"] == opening["taken"]["frame"] == 4
     assert opening["taken"]["marks"]["near_knee"]["x"] == WALKER["left_knee"][0]
     assert "faces left" in opening["taken"]["told"]

@@ -1,31 +1,30 @@
 """The marking page in a real browser: what it opens with, says and saves, its looks, and how it is closed."""
 
-import re
 import socket
 from contextlib import suppress
 
 import numpy as np
 import pytest
 
+from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.pages import Page, near, session_page
-from tests.tracker.clips import figtrack, write_table
-from tests.tracker.processes import started
+from tests.tracker.clips import succeeds, write_table
 from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
 
 
 def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table(browser, clip, table, truth):
-    command = started("annotate", clip.video, "--out", table, "--empty", "--no-browser")
-    page = Page(browser, re.search(r"http://\S+", command.stdout.readline())[0])
-    page.mark(truth)
-    page.drag(truth["hip"], (truth["hip"][0] + 40, 90), (truth["hip"][0] + 2, truth["hip"][1] + 1))
-    browser.push("button[data-joint=far_knee]")
-    browser.push("#hidden")
-    page.advice("seems to face right")
-    browser.push("#close")
-    browser.wait("document.querySelector('.over')")
-    assert "figtrack track" in browser.text(".over")
-    out, errors = command.communicate(timeout=120)
+    with running(clip.video, "--out", table, "--empty") as (command, client):
+        page = Page(browser, client.address)
+        page.mark(truth)
+        page.drag(truth["hip"], (truth["hip"][0] + 40, 90), (truth["hip"][0] + 2, truth["hip"][1] + 1))
+        browser.push("button[data-joint=far_knee]")
+        browser.push("#hidden")
+        page.advice("seems to face right")
+        browser.push("#close")
+        browser.wait("document.querySelector('.over')")
+        assert "figtrack track" in browser.text(".over")
+        out, errors = command.communicate(timeout=120)
     assert (command.returncode, errors) == (0, "")
     assert out.splitlines()[-2:] == [
         f"1 frame marked in {table}",
@@ -40,8 +39,7 @@ def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table
     assert [name for name, mark in marks.items() if not mark.visible] == ["far_knee"]
 
     out = table.parent / "followed"
-    result = figtrack("track", clip.video, "--keypoints", table, "--model", "cv", "--stop", 1, "--out", out)
-    assert result.exit_code == 0, result.stderr
+    succeeds("track", clip.video, "--keypoints", table, "--model", "cv", "--stop", 1, "--out", out)
     assert (out / "run.json").exists()
 
 

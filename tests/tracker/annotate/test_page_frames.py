@@ -91,10 +91,8 @@ def test_a_film_that_is_played_to_its_end_stops_there_and_begins_anew(page, brow
 
 
 def test_the_slider_passes_frames_and_stops_at_one(page, browser):
-    box = browser.value(
-        "(b => [b.x, b.y + b.height / 2, b.width])(document.querySelector('#slider').getBoundingClientRect())"
-    )
-    browser.drag(*((box[0] + share * box[2], box[1]) for share in (0.02, 0.3, 0.9, 0.5)))
+    left, top, width, height = browser.box("#slider")
+    browser.drag(*((left + share * width, top + height / 2) for share in (0.02, 0.3, 0.9, 0.5)))
     browser.wait("['4', '5'].includes(document.querySelector('#frame').value)")
     browser.wait(WHOLE)
 

@@ -9,10 +9,10 @@ import pytest
 
 from kinematics.sides import other_side
 from tests.kinematics.figures import FOOTLESS
-from tests.tracker.annotate.clients import page, running
+from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.annotate.pages import Page, near, session_page
-from tests.tracker.clips import figtrack, write_video
+from tests.tracker.clips import succeeds, write_video
 from tests.tracker.outline.films import WALKER, a_walk
 from tracker.annotate import suggestion as module
 from tracker.annotate.launch import _suggest
@@ -89,8 +89,8 @@ def test_what_track_left_beside_the_table_is_suggested_without_a_look_at_the_fil
 
 @pytest.mark.whole
 def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip, table):
-    with running(clip.video, "--out", table) as (process, address):
-        opening = page(address)
+    with running(clip.video, "--out", table) as (process, client):
+        opening = client.opening()
     assert process.said.startswith("nobody was found")
     assert (opening["taken"], opening["marks"], opening["frame"]["index"]) == (None, {}, 0)
 
@@ -101,8 +101,8 @@ def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip,
 )
 def test_the_page_opens_with_the_suggestion_unless_it_is_told_otherwise(film, table, options, frame, taken):
     write_marks(suggestion_path(table.parent, film), LEFT)
-    with running(film, "--out", table, *options) as (_, address):
-        opening = page(address)
+    with running(film, "--out", table, *options) as (_, client):
+        opening = client.opening()
     assert opening["frame"]["index"] == frame
     assert (opening["taken"] and opening["taken"]["marks"]) == (taken and told(taken))
     assert opening["marks"] == {}
@@ -113,19 +113,19 @@ def test_the_page_opens_with_the_suggestion_unless_it_is_told_otherwise(film, ta
 def test_a_table_with_marks_opens_without_a_suggestion_unless_it_is_begun_anew(film, table):
     write_marks(suggestion_path(table.parent, film), LEFT)
     write_marks(table, {1: {"neck": Mark(3.0, 4.0)}})
-    with running(film, "--out", table) as (_, address):
-        opening = page(address)
+    with running(film, "--out", table) as (_, client):
+        opening = client.opening()
     assert (opening["taken"], opening["frame"]["index"]) == (None, 1)
     assert opening["marks"] == {"1": told({"neck": Mark(3.0, 4.0)})}
-    with running(film, "--out", table, "--overwrite") as (_, address):
-        assert page(address)["taken"]["frame"] == 6
+    with running(film, "--out", table, "--overwrite") as (_, client):
+        assert client.opening()["taken"]["frame"] == 6
 
 
 @pytest.mark.whole
 def test_the_suggestion_is_dragged_right_its_legs_are_exchanged_and_track_takes_it(browser, film, table):
-    with running(film, "--out", table, "--quiet") as (process, address):
+    with running(film, "--out", table, "--quiet") as (process, client):
         best = int(re.match(r"frame (\d+) has a suggestion", process.said)[1])
-        page = Page(browser, address)
+        page = Page(browser, client.address)
         page.turn_to(best)
         assert "check every joint" in browser.text("#saved")
         suggestion = page.points()
@@ -147,8 +147,7 @@ def test_the_suggestion_is_dragged_right_its_legs_are_exchanged_and_track_takes_
         assert near(place, suggestion[other_side(name)]), name
 
     out = table.parent / "followed"
-    result = figtrack("track", film, "--keypoints", table, "--model", "cv", "--stop", best + 1, "--out", out)
-    assert result.exit_code == 0, result.stderr
+    succeeds("track", film, "--keypoints", table, "--model", "cv", "--stop", best + 1, "--out", out)
     assert json.loads((out / "run.json").read_text())["start"]["frame"] == best
 
 

@@ -41,23 +41,12 @@ def test_files_are_relative_to_the_table_and_results_to_their_place(table, tmp_p
 def test_a_row_is_the_job_that_track_would_do(table, tmp_path, clip):
     (tmp_path / "Läufe").mkdir()
     (tmp_path / "Läufe" / "s.toml").write_text("iterations = 3\n")
-    header = (
-        *HEADER,
-        "from",
-        "stop",
-        "facing",
-        "rate",
-        "smooth",
-        "settings",
-        "anchors",
-        "measure",
-        "templates",
-    )
+    more = ("from", "stop", "facing", "rate", "smooth", "settings", "anchors", "measure", "templates")
     rows = (
         (clip.video, clip.keypoints, 3, "cv", "a", 2, 7, "left", 0.5, 0, "s.toml", 1, "net.csv", 0),
         (clip.video, clip.keypoints, "", "cv", "b", "", "", "", "", "", "", "", "", ""),
     )
-    one, other = (row.job() for row in read_jobs(table(*rows, header=header), tmp_path, QUIET))
+    one, other = (row.job() for row in read_jobs(table(*rows, header=HEADER + more), tmp_path, QUIET))
     marks = one.marks
     assert len(marks) == len(clip)
     settings = Settings(iterations=3, templates=False)

@@ -19,6 +19,7 @@ from tests.tracker.clips import (
     read_csv,
     read_json,
     refused,
+    succeeds,
     write_table,
     write_video,
 )
@@ -114,8 +115,7 @@ def test_the_summary_has_the_gait_of_a_run_and_empty_cells_where_there_is_none(t
 def test_results_go_where_told_and_all_done_is_exit_status_0(table, tmp_path):
     path = table(ROW, header=HEADER)
     place = tmp_path / "new" / "place"
-    result = figtrack("batch", path, "--out", place, "--workers", 1)
-    assert result.exit_code == 0, result.output
+    result = succeeds("batch", path, "--out", place, "--workers", 1)
     assert {inner.name for inner in place.iterdir()} == {"a", "summary.csv", "summary.html"}
     assert "batch jobs.csv: 1 of 1" in result.stderr
     (row,) = read_csv(place / "summary.csv")
@@ -130,7 +130,7 @@ def test_a_row_is_tracked_as_track_does_it(table, clip, tmp_path):
     (row,) = read_jobs(table(ROW), tmp_path, QUIET)
     assert run_row(row, overwrite=False).status == "done"
     words = ["--keypoints", clip.keypoints, "--model", "cv", "--out", tmp_path / "b", "--quiet"]
-    assert figtrack("track", clip.video, *words).exit_code == 0
+    succeeds("track", clip.video, *words)
     for name in ("keypoints.csv", "pose.csv"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 

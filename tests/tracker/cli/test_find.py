@@ -11,6 +11,7 @@ from tests.tracker.clips import (
     read_csv,
     read_json,
     refused,
+    succeeds,
     write_table,
     write_video,
 )
@@ -23,7 +24,7 @@ from tracker.clip.found import TURNED
 from tracker.clip.job import Following
 from tracker.clip.naming import nearer
 from tracker.progress import Progress
-from tracker.tables.keypoints import read_keypoints
+from tracker.tables.keypoints import points, read_keypoints
 
 STOP = 19  # the last frame that is followed, for speed
 
@@ -55,8 +56,7 @@ def unseen(monkeypatch, tmp_path):
 
 def test_a_film_alone_is_followed_and_the_run_has_what_it_started_from(video, tmp_path):
     out = tmp_path / "out"
-    result = figtrack("track", video, "--model", "cv", "--stop", STOP, "--out", out, "--progress", "plain")
-    assert result.exit_code == 0, result.output
+    result = succeeds("track", video, "--model", "cv", "--stop", STOP, "--out", out, "--progress", "plain")
     assert {path.name for path in out.iterdir()} == RUN_FILES
     news = read_json(out / "run.json")
     frame = news["start"]["frame"]
@@ -64,15 +64,11 @@ def test_a_film_alone_is_followed_and_the_run_has_what_it_started_from(video, tm
     assert (news["facing"], news["frames"], news["warnings"]) == ("right", STOP + 1, [])
     marks = read_keypoints(out / "start.keypoints.csv")
     assert list(marks) == [frame]
-    followed = {row["keypoint"]: row for row in read_csv(out / "keypoints.csv") if row["frame"] == str(frame)}
-    for name, place in zip(WALKER.joints, a_walk().joints[frame], strict=True):
-        for x, y in ((marks[frame][name].x, marks[frame][name].y), tuple(map(float, _xy(followed[name])))):
+    for table in (marks, read_keypoints(out / "keypoints.csv")):
+        for name, place in zip(WALKER.joints, a_walk().joints[frame], strict=True):
+            x, y = points(table[frame])[name]
             assert (x - place[0]) ** 2 + (y - place[1]) ** 2 < (0.15 * UNIT) ** 2
     assert f"walk.mp4 with cv: {STOP + 1} of {STOP + 1} in" in result.stderr
-
-
-def _xy(row):
-    return row["x"], row["y"]
 
 
 def test_find_writes_table_and_picture_and_says_a_line_a_person(seen, video, tmp_path):
@@ -177,8 +173,7 @@ def test_models_are_compared_by_marks_that_they_do_not_start_from(seen, video, t
     rows = [(9, name, *place, 1) for name, place in zip(WALKER.joints, walk.joints[9], strict=True)]
     write_table(tmp_path / "truth.csv", rows)
     words = ("--truth", "truth.csv", "--model", "cv", "--stop", 9, "--quiet")
-    result = figtrack("compare", video, *words)
-    assert result.exit_code == 0, result.output
+    result = succeeds("compare", video, *words)
     assert "1 of 1" in result.stdout  # frame 9, which is not the start
     assert figtrack("compare", video, "--model", "cv").exit_code == 2
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
+from tests.tracker.clips import everything, printed, read_csv, refused, succeeds, write_table
 from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved, sequence, write_poses
 from tracker.models.learn import NOISE
 from tracker.motion import commands
@@ -52,18 +52,11 @@ def few(tmp_path, rng):
     return write_poses(tmp_path / "few.csv", sequence(gait("walk", 12, rng)))
 
 
-def done(*words):
-    result = figtrack(*words, "--quiet")
-    assert result.exit_code == 0, result.output
-    assert result.stderr == ""
-    return result.stdout
-
-
 @pytest.mark.parametrize("inference", ["viterbi", "variational", "hmm", None])
 def test_classify_leaves_a_row_a_frame_with_probabilities(tmp_path, poses, model, hmm, inference):
     asked = [] if inference is None else ["--inference", inference]
     out = tmp_path / "l.csv"
-    said = done("classify", poses, "--model", hmm if inference == "hmm" else model, *asked, "--out", out)
+    said = printed("classify", poses, "--model", hmm if inference == "hmm" else model, *asked, "--out", out)
     rows = read_csv(out)
     shares = [] if inference == "viterbi" else ["p_walk", "p_run"]
     assert list(rows[0]) == ["seq", "frame", "label", "state", *shares]
@@ -87,7 +80,7 @@ def test_classify_leaves_a_row_a_frame_with_probabilities(tmp_path, poses, model
 
 def test_predict_leaves_a_forecast_a_row_and_as_many_past_the_end(tmp_path, poses, model):
     out, horizon = tmp_path / "p.csv", 4
-    said = done("predict", poses, "--model", model, "--horizon", horizon, "--out", out)
+    said = printed("predict", poses, "--model", model, "--horizon", horizon, "--out", out)
     rows = read_csv(out)
     assert list(rows[0]) == [*HEADER, *SD]
     frames = [int(row["frame"]) for row in rows if row["seq"] == "b"]
@@ -102,7 +95,7 @@ def test_predict_leaves_a_forecast_a_row_and_as_many_past_the_end(tmp_path, pose
 
 def test_interpolate_fills_what_is_empty_and_leaves_the_rest_to_the_letter(tmp_path, poses, model):
     out = tmp_path / "i.csv"
-    said = done("interpolate", poses, "--model", model, "--out", out)
+    said = printed("interpolate", poses, "--model", model, "--out", out)
     assert said.startswith("33 cells filled in 5 frames of 2 sequences, angles to ")
     rows = {(row["seq"], row["frame"]): row for row in read_csv(out)}
     assert rows["b", "9"]["hip_near"] == "1.50e1"
@@ -127,7 +120,7 @@ def test_lost_rows_are_as_good_as_missing(tmp_path, rng, model, command):
     for rows in (good, [*good, *lost]):
         table, out = tmp_path / "p.csv", tmp_path / f"{len(rows)}.csv"
         write_table(table, rows, (*HEADER, "label", "outcome"))
-        said.append(done(command, table, "--model", model, "--no-plot", "--out", out).splitlines()[:-1])
+        said.append(printed(command, table, "--model", model, "--no-plot", "--out", out).splitlines()[:-1])
     assert (tmp_path / "35.csv").read_bytes() == (tmp_path / "40.csv").read_bytes()
     assert said[1] == [*said[0], "5 frames lost or outside, taken as missing"]
 
@@ -137,16 +130,16 @@ def test_interpolate_is_the_same_for_a_seed_and_a_sequence_alone(tmp_path, model
     y[5:19] = np.nan  # somewhere in it, which is drawn, walking becomes running
     for name, sequences in {"one": "a", "two": "ba", "again": "ba"}.items():
         poses = write_poses(tmp_path / f"{name}.csv", *(sequence(y, seq) for seq in sequences))
-        done("interpolate", poses, "--model", model, "--no-plot", "--out", tmp_path / f"{name}.out.csv")
+        printed("interpolate", poses, "--model", model, "--no-plot", "--out", tmp_path / f"{name}.out.csv")
     one, two, again = ((tmp_path / f"{name}.out.csv").read_text() for name in ("one", "two", "again"))
     assert two == again
     assert one.splitlines()[1:] == two.splitlines()[25:]
 
 
 def test_interpolate_says_what_filled_the_gaps(tmp_path, poses):
-    said = done("interpolate", poses, "--no-plot", "--out", tmp_path / "i.csv")
+    said = printed("interpolate", poses, "--no-plot", "--out", tmp_path / "i.csv")
     assert "; gaps filled by the " in said
-    said = done("interpolate", poses, "--model", "stride", "--no-plot", "--out", tmp_path / "s.csv")
+    said = printed("interpolate", poses, "--model", "stride", "--no-plot", "--out", tmp_path / "s.csv")
     assert "; gaps filled by the stride 2" in said
 
 
@@ -158,7 +151,7 @@ def test_a_stride_alone_is_refused_where_it_tells_nothing(tmp_path, poses, comma
 
 def test_synthesise_leaves_a_table_a_picture_and_a_clip(tmp_path, model):
     out = tmp_path / "s.csv"
-    said = done("synthesise", "--model", model, "--frames", 40, "--label", "run", "--out", out)
+    said = printed("synthesise", "--model", model, "--frames", 40, "--label", "run", "--out", out)
     rows = read_csv(out)
     assert list(rows[0]) == [*HEADER, "state", "label"]
     assert [(row["seq"], int(row["frame"])) for row in rows] == [("0", t) for t in range(40)]
@@ -176,7 +169,7 @@ def test_synthesise_leaves_a_table_a_picture_and_a_clip(tmp_path, model):
 def test_the_clip_of_a_long_synthesis_shows_its_beginning_and_it_is_said(tmp_path, model, monkeypatch):
     monkeypatch.setattr(commands, "ANIMATED", 7)
     out = tmp_path / "s.csv"
-    said = done("synthesise", "--model", model, "--frames", 20, "--out", out, "--no-plot")
+    said = printed("synthesise", "--model", model, "--frames", 20, "--out", out, "--no-plot")
     assert said.splitlines()[-1] == f"{out.with_suffix('.mp4')} shows the first 7 of 20 frames"
     with av.open(str(out.with_suffix(".mp4"))) as clip:
         assert sum(1 for _ in clip.decode(video=0)) == 7
@@ -187,18 +180,15 @@ def test_results_go_into_the_folder_one_is_in_unless_told(tmp_path, few, model, 
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
+    words, stem, endings = [few], "few", {"csv", "png"}
     if command == "synthesise":
-        done(command, "--model", model, "--frames", 20)
-        assert {path.name for path in here.iterdir()} == {
-            f"gait-synthesise.{s}" for s in ("csv", "png", "mp4")
-        }
-    else:
-        done(command, few, "--model", model)
-        assert {path.name for path in here.iterdir()} == {f"few-{command}.{s}" for s in ("csv", "png")}
+        words, stem, endings = ["--frames", 20], "gait", {"csv", "png", "mp4"}
+    printed(command, *words, "--model", model)
+    assert {path.name for path in here.iterdir()} == {f"{stem}-{command}.{ending}" for ending in endings}
 
 
 def test_the_picture_goes_where_it_is_told(tmp_path, poses, model):
-    done(
+    printed(
         "classify", poses, "--model", model, "--out", tmp_path / "l.csv", "--plot", tmp_path / "new" / "p.svg"
     )
     assert "<svg" in (tmp_path / "new" / "p.svg").read_text(encoding="utf-8")
@@ -210,7 +200,7 @@ def test_another_rate_of_the_table_is_another_model(tmp_path, rng, model):
     slow = write_poses(tmp_path / "poses.csv", sequence(y[::2]))  # 15 frames a second
 
     def error(*more):
-        done(
+        printed(
             "predict", slow, "--model", model, "--no-plot", "--overwrite", "--out", tmp_path / "p.csv", *more
         )
         (found,) = read_poses(tmp_path / "p.csv")
@@ -258,17 +248,15 @@ def test_a_name_with_dollars_is_no_formula(tmp_path, rng, model):
     write_poses(tmp_path / "take$1_$2.csv", sequence(gait("walk", 40, rng), name="x^$y_$"))
     for command in ("classify", "predict"):
         out = tmp_path / f"{command}$.csv"
-        done = figtrack(command, tmp_path / "take$1_$2.csv", "--model", model, "--out", out, "--quiet")
-        assert done.exit_code == 0, done.output
+        succeeds(command, tmp_path / "take$1_$2.csv", "--model", model, "--out", out, "--quiet")
 
 
 def test_radians_and_another_rate_are_warned_of_and_the_work_is_done(tmp_path, rng, model):
     y = gait("walk", 40, rng)
     rows = [("a", t, *pose, f"{t / 60.0:.6f}") for t, pose in enumerate(y)]
     write_table(tmp_path / "poses.csv", rows, header=(*HEADER, "time_s"))
-    result = figtrack("classify", tmp_path / "poses.csv", "--model", model, "--quiet", "--no-plot",
+    result = succeeds("classify", tmp_path / "poses.csv", "--model", model, "--quiet", "--no-plot",
                       "--out", tmp_path / "o.csv")  # fmt: skip
-    assert result.exit_code == 0
     one, other = result.stderr.splitlines()
     assert one.startswith("warning: every angle of sequence 'a' lies within 3.2 degrees")
     assert other.startswith("warning: time_s of sequence 'a' says 60 frames a second")
@@ -282,9 +270,9 @@ def test_learn_hands_on_what_it_is_told(tmp_path, monkeypatch):
         return f"{out}: learned"
 
     monkeypatch.setattr("tracker.models.learn.learn_model", learn_model)
-    done("learn", tmp_path / "p.csv")
+    printed("learn", tmp_path / "p.csv")
     words = ["--states", 6, "--noise", 2.5, "--settings", tmp_path / "l.toml"]
-    done("learn", tmp_path / "p.csv", "--inference", "gpb2", *words)
+    printed("learn", tmp_path / "p.csv", "--inference", "gpb2", *words)
     usual, told = asked
     assert (usual.states, usual.noise, usual.order) == (None, NOISE, None)
     assert (usual.inference, usual.settings) == ("viterbi", None)
@@ -303,7 +291,7 @@ def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):
     module.reproduce = reproduce
     monkeypatch.setitem(sys.modules, "tracker.experiments.reproduce", module)
     words = ["--trials", tmp_path / "t.csv", "--out", tmp_path / "r", "--seed", 4, "--quick", "--overwrite"]
-    assert done("reproduce", *words) == "claims\n"
+    assert printed("reproduce", *words) == "claims\n"
     ((trials, out, options),) = asked
     assert (trials, out) == (tmp_path / "t.csv", tmp_path / "r")
     assert options.pop("progress").style == "quiet"
@@ -313,8 +301,7 @@ def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):
 @pytest.mark.parametrize("command", ON_TABLES)
 def test_a_command_shows_how_far_it_is_in_steps(tmp_path, poses, model, command):
     words = ["--no-plot", "--progress", "json", "--out", tmp_path / "p.csv"]
-    result = figtrack(command, poses, "--model", model, *words)
-    assert result.exit_code == 0, result.output
+    result = succeeds(command, poses, "--model", model, *words)
     news = [json.loads(line) for line in result.stderr.splitlines()]
     ended = [line for line in news if line["done"] == line["total"]]
     assert len(ended) == (2 if command == "interpolate" else 1)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.tracker.clips import figtrack, read_json, write_video
+from tests.tracker.clips import read_json, succeeds, write_video
 from tests.tracker.outline.films import a_walk
 from tracker.cli import demo
 from tracker.cli.demo import FILM, LICENCE, PACKAGE, SHA256, FilmError, fetch
@@ -52,8 +52,7 @@ def test_one_package_is_fetched_by_its_checksum_and_only_its_film_and_licence_ar
 def test_it_is_followed_without_a_mark_and_said_whose_it_is(package, tmp_path, monkeypatch):
     monkeypatch.setattr(webbrowser, "get", lambda: pytest.fail("a browser was opened, and nobody sits here"))
     out = tmp_path / "out"
-    done = figtrack("demo", "--film", "--out", out, "--quiet")
-    assert done.exit_code == 0, done.output
+    done = succeeds("demo", "--film", "--out", out, "--quiet")
     assert "Sports2D" in done.stdout
     assert "BSD" in done.stdout
     run = out / "demo-track"
@@ -64,7 +63,7 @@ def test_it_is_followed_without_a_mark_and_said_whose_it_is(package, tmp_path, m
     job = read_finished(run).job  # which `correct` follows again in the run's place
     with fresh_folder(run, overwrite=True, inputs=[job.video]) as aside:
         assert aside.exists()
-    assert figtrack("demo", "--film", "--out", out, "--quiet", "--overwrite").exit_code == 0
+    succeeds("demo", "--film", "--out", out, "--quiet", "--overwrite")
 
 
 @pytest.mark.parametrize(
@@ -79,8 +78,7 @@ def test_without_a_network_it_says_so_and_renders(tmp_path, monkeypatch, told, w
     monkeypatch.setattr(demo.subprocess, "run", lambda *_, **__: failed)
     page = tmp_path / "out" / "report.html"
     monkeypatch.setattr(demo, "run_demo", lambda *_, **__: (page, "a table"))
-    done = figtrack("demo", "--film", "--out", tmp_path / "out", "--quiet")
-    assert done.exit_code == 0
+    done = succeeds("demo", "--film", "--out", tmp_path / "out", "--quiet")
     (warning,) = done.stderr.splitlines()
     assert warning == f"warning: {PACKAGE} cannot be fetched ({why}); a walk is rendered instead"
     assert done.stdout == f"a table\n\nopen {page}\n"

@@ -1,29 +1,8 @@
-"""A desk that runs, a client that asks it, and a run's folder for it to show."""
+"""A run's folder for a desk to show, and what the desk tells of it."""
 
 import json
-import threading
-from contextlib import contextmanager
-
-from tests.tracker.annotate.clients import Client
-from tracker.desk.desk_page import Desk, Server
 
 CLIP = bytes(range(256)) * 40
-
-
-class DeskClient(Client):
-    def shown(self, file, **headers):
-        """Status, headers and body of a file of the film's run."""
-        return self.ask("GET", f"run/walk.mp4/{file}", key=self.server.shown, **headers)
-
-
-@contextmanager
-def served(folder):
-    """A client of a desk that runs."""
-    with Server(Desk(folder, browser=False)) as server:
-        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
-        yield DeskClient(server)
-        server.shutdown()
-        server.desk.stop()
 
 
 def a_run(folder, **news):
@@ -39,3 +18,8 @@ def a_run(folder, **news):
 
 def state(client):
     return client.get("state")[1]
+
+
+def shown(client, file, **headers):
+    """Status, headers and body of a file of the film's run."""
+    return client.ask("GET", f"run/walk.mp4/{file}", key=client.server.shown, **headers)

@@ -6,81 +6,74 @@ import shutil
 
 import pytest
 
-from tests.tracker.desk.desks import CLIP, a_run, served, state
+from tests.tracker.desk.desks import CLIP, a_run, shown, state
 from tests.tracker.processes import ended
 from tracker.desk import desk_page as module
 from tracker.desk.work import Asked, Command, films, words_for
 
 
-def test_a_film_is_shown_with_what_was_made_of_it(folder):
-    with served(folder) as client:
-        (bare,) = state(client)["films"]
-        assert bare == {"name": "walk.mp4", "marked": False, "people": None, "run": None, "work": None}
-        (folder / "walk.keypoints.csv").touch()
-        (folder / "walk-people.csv").write_text("person,facing,score\n1,left,3\n")
-        a_run(folder, headline="Walks.", warnings=["dark"])
-        (film,) = state(client)["films"]
+def test_a_film_is_shown_with_what_was_made_of_it(client, folder):
+    (bare,) = state(client)["films"]
+    assert bare == {"name": "walk.mp4", "marked": False, "people": None, "run": None, "work": None}
+    (folder / "walk.keypoints.csv").touch()
+    (folder / "walk-people.csv").write_text("person,facing,score\n1,left,3\n")
+    a_run(folder, headline="Walks.", warnings=["dark"])
+    (film,) = state(client)["films"]
     assert film["marked"]
     assert [(one["person"], one["facing"], one["motion"]) for one in film["people"]] == [("1", "left", "")]
     assert film["run"] == {"headline": "Walks.", "warnings": ["dark"], "report": True}
 
 
-def test_a_damaged_table_of_people_does_not_stop_the_page(folder):
+def test_a_damaged_table_of_people_does_not_stop_the_page(client, folder):
     (folder / "walk-people.csv").write_bytes(b"person,facing\n1,l\0ft\n")
-    with served(folder) as client:
-        (film,) = state(client)["films"]
+    (film,) = state(client)["films"]
     assert film["people"] is None
 
 
-def test_a_run_of_another_film_is_not_shown_and_not_replaced(folder):
+def test_a_run_of_another_film_is_not_shown_and_not_replaced(client, folder):
     a_run(folder, video="walk.mov")
     (folder / "\udce4.mp4").write_bytes(b"")
-    with served(folder) as client:
-        (film,) = state(client)["films"]
+    (film,) = state(client)["films"]
     assert film["run"] is None
     words = words_for(Asked(film="walk.mp4", command=Command.TRACK), films(folder)["walk.mp4"], False)
     assert "--overwrite" not in words
 
 
-def test_a_run_that_cannot_be_read_does_not_stop_the_page(folder):
+def test_a_run_that_cannot_be_read_does_not_stop_the_page(client, folder):
     (folder / "walk-track" / "run.json").mkdir(parents=True)
-    with served(folder) as client:
-        status, told = client.get("state")
+    status, told = client.get("state")
     assert (status, told["films"][0]["run"]) == (200, None)
 
 
-def test_films_whose_results_would_have_the_same_names_are_refused(folder):
+def test_films_whose_results_would_have_the_same_names_are_refused(client, folder):
     shutil.copy(folder / "walk.mp4", folder / "walk.mov")
-    with served(folder) as client:
-        for name in ("walk.mov", "walk.mp4"):
-            status, told = client.post("start", {"film": name, "command": "annotate"})
-            assert (status, told["error"]) == (
-                409, "walk.mov and walk.mp4 have the same out, walk-track; rename one of them",
-            )  # fmt: skip
-        assert [film["work"] for film in state(client)["films"]] == [None, None]
+    for name in ("walk.mov", "walk.mp4"):
+        status, told = client.post("start", {"film": name, "command": "annotate"})
+        assert (status, told["error"]) == (
+            409, "walk.mov and walk.mp4 have the same out, walk-track; rename one of them",
+        )  # fmt: skip
+    assert [film["work"] for film in state(client)["films"]] == [None, None]
 
 
-def test_its_picture_report_and_parts_of_its_film_are_shown(folder):
+def test_its_picture_report_and_parts_of_its_film_are_shown(client, folder):
     a_run(folder)
-    with served(folder) as client:
-        status, headers, picture = client.ask("GET", "picture/walk.mp4")
-        assert (status, headers["Content-Type"], picture[:2]) == (200, "image/jpeg", b"\xff\xd8")
-        _, headers, page = client.shown("report.html")
-        assert page == b"<p>a report"
-        assert headers["Content-Security-Policy"].startswith("sandbox allow-scripts")
-        assert "default-src 'none'" in headers["Content-Security-Policy"]
-        assert "allow-same-origin" not in headers["Content-Security-Policy"]
+    status, headers, picture = client.ask("GET", "picture/walk.mp4")
+    assert (status, headers["Content-Type"], picture[:2]) == (200, "image/jpeg", b"\xff\xd8")
+    _, headers, page = shown(client, "report.html")
+    assert page == b"<p>a report"
+    assert headers["Content-Security-Policy"].startswith("sandbox allow-scripts")
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert "allow-same-origin" not in headers["Content-Security-Policy"]
 
 
-def test_the_key_of_what_a_run_shows_opens_nothing_else(folder):
+def test_the_key_of_what_a_run_shows_opens_nothing_else(client, folder):
     a_run(folder)
-    with served(folder) as client:
-        shown = client.server.shown
-        assert client.ask("GET", "run/walk.mp4/report.html")[0] == 403
-        for what in ("", "state", "picture/walk.mp4"):
-            assert client.ask("GET", what, key=shown)[0] == 403
-        assert client.post("start", {"film": "walk.mp4", "command": "find"}, key=shown)[0] == 403
-        assert shown not in json.dumps(state(client))
+    key = client.server.shown
+    assert client.ask("GET", "run/walk.mp4/report.html")[0] == 403
+    for what in ("", "state", "picture/walk.mp4"):
+        assert client.ask("GET", what, key=key)[0] == 403
+    assert client.post("start", {"film": "walk.mp4", "command": "find"}, key=key)[0] == 403
+    assert key not in json.dumps(state(client))
 
 
 @pytest.mark.parametrize(
@@ -95,10 +88,9 @@ def test_the_key_of_what_a_run_shows_opens_nothing_else(folder):
         (None, None),
     ],
 )
-def test_a_player_gets_the_part_of_a_film_that_it_requests(folder, asked, part):
+def test_a_player_gets_the_part_of_a_film_that_it_requests(client, folder, asked, part):
     a_run(folder)
-    with served(folder) as client:
-        status, headers, content = client.shown("film.mp4", Range=asked)
+    status, headers, content = shown(client, "film.mp4", Range=asked)
     assert (status, content) == (200 if part is None else 206, CLIP[part or slice(None)])
     if part is not None:
         first, last, size = map(int, re.findall(r"\d+", headers["Content-Range"]))
@@ -106,18 +98,16 @@ def test_a_player_gets_the_part_of_a_film_that_it_requests(folder, asked, part):
 
 
 @pytest.mark.parametrize("asked", [f"bytes={len(CLIP)}-", "bytes=2-0", "bytes=100-50", "bytes=-0"])
-def test_a_part_that_a_film_has_not_is_refused(folder, asked):
+def test_a_part_that_a_film_has_not_is_refused(client, folder, asked):
     a_run(folder)
-    with served(folder) as client:
-        assert client.shown("film.mp4", Range=asked)[0] == 416
+    assert shown(client, "film.mp4", Range=asked)[0] == 416
 
 
-def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
+def test_a_long_clip_is_sent_in_parts(client, folder, monkeypatch):
     monkeypatch.setattr(module, "MOST_SENT", 100)
     a_run(folder)
-    with served(folder) as client:
-        _, headers, content = client.shown("film.mp4", Range="bytes=50-")
-        assert client.shown("film.mp4")[2] == CLIP
+    _, headers, content = shown(client, "film.mp4", Range="bytes=50-")
+    assert shown(client, "film.mp4")[2] == CLIP
     assert (content, headers["Content-Range"]) == (CLIP[50:150], f"bytes 50-149/{len(CLIP)}")
 
 
@@ -133,9 +123,8 @@ def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
         "elsewhere",
     ],
 )
-def test_nothing_else_is_shown(folder, what):
-    with served(folder) as client:
-        assert client.ask("GET", what, key=client.server.key_of(what))[0] == 404
+def test_nothing_else_is_shown(client, what):
+    assert client.ask("GET", what, key=client.server.key_of(what))[0] == 404
 
 
 @pytest.mark.parametrize(
@@ -150,12 +139,11 @@ def test_nothing_else_is_shown(folder, what):
         ({"film": "walk.mp4", "command": "track", "person": 0}, 400, "person"),
     ],
 )
-def test_what_cannot_be_done_is_refused_and_starts_nothing(folder, body, status, why):
-    with served(folder) as client:
-        answer, told = client.post("start", body)
-        assert (answer, why in told["error"]) == (status, True)
-        assert state(client)["films"][0]["work"] is None
-        assert client.ask("POST", "start", body, Origin="http://elsewhere")[0] == 403
+def test_what_cannot_be_done_is_refused_and_starts_nothing(client, body, status, why):
+    answer, told = client.post("start", body)
+    assert (answer, why in told["error"]) == (status, True)
+    assert state(client)["films"][0]["work"] is None
+    assert client.ask("POST", "start", body, Origin="http://elsewhere")[0] == 403
 
 
 def test_a_folder_that_is_none_is_refused_in_one_line(tmp_path):

@@ -1,15 +1,13 @@
 """The page of a folder of films in a real browser: its controls, its layout, and the commands it starts."""
 
-import json
-import re
 import signal
 
 import cv2
 import numpy as np
 import pytest
 
-from tests.tracker.desk.desks import a_run, served, state
-from tests.tracker.processes import started
+from tests.tracker.annotate.clients import running
+from tests.tracker.desk.desks import a_run, state
 from tests.tracker.report.reports import chapter, write_clip
 from tests.tracker.strolls import stroll
 from tracker.report import page
@@ -17,24 +15,20 @@ from tracker.report.page import write_report
 
 
 @pytest.mark.parametrize("largest", [10**9, 100], ids=["within", "beside"])
-def test_the_film_of_a_report_plays(browser, folder, monkeypatch, largest):
+def test_the_film_of_a_report_plays(browser, client, folder, monkeypatch, largest):
     monkeypatch.setattr(page, "LARGEST", largest)
     run, track = a_run(folder), stroll(1.0)
     write_report(run / "report.html", chapter(track), write_clip(run / "film.mp4", track.times))
-    with served(folder) as client:
-        browser.open(f"http://{client.host}/{client.server.shown}/run/walk.mp4/report.html")
-        browser.wait("document.querySelector('video').readyState >= 2")
-        browser.press(" ")
-        browser.wait("document.querySelector('.screen svg').dataset.frame > 10")
-        browser.open("about:blank")
+    browser.open(f"http://{client.host}/{client.server.shown}/run/walk.mp4/report.html")
+    browser.wait("document.querySelector('video').readyState >= 2")
+    browser.press(" ")
+    browser.wait("document.querySelector('.screen svg').dataset.frame > 10")
 
 
 @pytest.mark.whole
 def test_a_film_goes_all_the_way_on_the_page(browser, folder):
-    process = started("app", folder, "--no-browser")
-    try:
-        address = next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
-        browser.open(address)
+    with running(folder, command="app") as (process, client):
+        browser.open(client.address)
         browser.push("[data-command=find]")
         browser.wait("document.querySelector('.said').innerText.includes('person 1')")
         browser.wait("document.querySelector('.found').naturalWidth > 100")
@@ -48,10 +42,9 @@ def test_a_film_goes_all_the_way_on_the_page(browser, folder):
         assert (folder / "walk-track.mot").exists()
         browser.push("[data-command=correct]")
         browser.wait("document.querySelector('.task a')")
-        link = browser.value("document.querySelector('.task a').href")
-        browser.open(link)
+        browser.open(browser.value("document.querySelector('.task a').href"))
         browser.wait("document.querySelector('#points circle')")
-        browser.open(browser.value(f"{json.dumps(address)}"))
+        browser.open(client.address)
         browser.push(".stop")
         browser.wait("document.querySelector('.work .row').hidden")
         browser.wait("document.querySelector('.report').href.includes('/run/')")
@@ -60,89 +53,78 @@ def test_a_film_goes_all_the_way_on_the_page(browser, folder):
         browser.open("about:blank")
         process.send_signal(signal.SIGINT)
         assert process.wait(30) == 0
-    finally:
-        process.kill()
-        process.communicate()
 
 
 @pytest.mark.parametrize(("width", "dark"), [(390, False), (1280, True), (1920, False)])
-def test_nothing_sticks_out_of_the_page(browser, folder, width, dark):
+def test_nothing_sticks_out_of_the_page(browser, client, folder, width, dark):
     a_run(folder, headline="Walks at 99 steps a minute.", warnings=["a warning " * 30])
     found = "person,first,last,facing,motion\n1,0,123,left,walk backwards\n"
     (folder / "walk-people.csv").write_text(found)
     cv2.imwrite(str(folder / "walk-people.png"), np.zeros((90, 160, 3), np.uint8))
-    with served(folder) as client:
-        browser.open(client.server.address, width=width, dark=dark)
-        browser.wait("document.querySelector('.film img').complete")
-        wide = "document.documentElement.scrollWidth <= window.innerWidth"
-        assert browser.value(wide)
-        right = "one.getBoundingClientRect().right"
-        assert max(browser.each(".film *", right)) < max(browser.each(".film", right))
-        assert browser.value("[...document.querySelectorAll('button, select, input')].every((one) => "
-                             "one.innerText || one.labels.length || one.ariaLabel)")  # fmt: skip
-        browser.open("about:blank")
+    browser.open(client.address, width=width, dark=dark)
+    browser.wait("document.querySelector('.film img').complete")
+    wide = "document.documentElement.scrollWidth <= window.innerWidth"
+    assert browser.value(wide)
+    right = "one.getBoundingClientRect().right"
+    assert max(browser.each(".film *", right)) < max(browser.each(".film", right))
+    assert browser.value("[...document.querySelectorAll('button, select, input')].every((one) => "
+                         "one.innerText || one.labels.length || one.ariaLabel)")  # fmt: skip
 
 
-def test_marks_that_appear_are_what_is_followed_from_and_then_no_nearer_leg_is_asked_for(browser, folder):
-    with served(folder) as client:
-        browser.open(client.server.address)
-        assert browser.value("document.querySelector('.person').value") == ""
-        (folder / "walk.keypoints.csv").write_text("frame,keypoint,x,y\n0,hip,1,1\n")
-        browser.wait("document.querySelector('.person').value === 'marks'")
-        browser.wait("document.querySelector('.near').disabled")
-        browser.value("document.querySelector('.person').value = ''")
-        browser.wait("!document.querySelector('.near').disabled")
-        browser.open("about:blank")
+def test_marks_that_appear_are_what_is_followed_from_and_then_no_nearer_leg_is_asked_for(
+    browser, client, folder
+):
+    browser.open(client.address)
+    assert browser.value("document.querySelector('.person').value") == ""
+    (folder / "walk.keypoints.csv").write_text("frame,keypoint,x,y\n0,hip,1,1\n")
+    browser.wait("document.querySelector('.person').value === 'marks'")
+    browser.wait("document.querySelector('.near').disabled")
+    browser.value("document.querySelector('.person').value = ''")
+    browser.wait("!document.querySelector('.near').disabled")
 
 
-def test_what_is_said_is_replaced_only_where_it_differs(browser, folder):
+def test_what_is_said_is_replaced_only_where_it_differs(browser, client, folder):
     a_run(folder, headline="Walks.", warnings=["dark"])
     (folder / "walk.mp4").write_bytes(b"no film")
-    with served(folder) as client:
-        browser.open(client.server.address)
-        browser.push("[data-command=find]")
-        browser.wait("document.querySelector('.said p.fault')")
-        browser.value("window.kept = ['.said p', '.warnings li'].map((one) => document.querySelector(one));"
-                      "window.kept.push(document.querySelector('.headline').firstChild); 0")  # fmt: skip
-        (folder / "other.mp4").write_bytes(b"no film")
-        browser.wait("document.querySelectorAll('.film').length === 2")
-        assert browser.value("window.kept.every((one) => one.isConnected)")
-        browser.open("about:blank")
-        browser.errors.clear()  # there are no pictures of what is no film
+    browser.open(client.address)
+    browser.push("[data-command=find]")
+    browser.wait("document.querySelector('.said p.fault')")
+    browser.value("window.kept = ['.said p', '.warnings li'].map((one) => document.querySelector(one));"
+                  "window.kept.push(document.querySelector('.headline').firstChild); 0")  # fmt: skip
+    (folder / "other.mp4").write_bytes(b"no film")
+    browser.wait("document.querySelectorAll('.film').length === 2")
+    assert browser.value("window.kept.every((one) => one.isConnected)")
+    browser.open("about:blank")
+    browser.errors.clear()  # there are no pictures of what is no film
 
 
-def test_a_height_that_is_no_number_starts_nothing(browser, folder):
-    with served(folder) as client:
-        browser.open(client.server.address)
-        browser.value("document.querySelector('.height').focus()")
-        browser.press("-")
-        browser.push("[data-command=track]")
-        browser.wait("document.querySelector('.asks').innerText.startsWith('The height is no number')")
-        assert state(client)["films"][0]["work"] is None
-        browser.open("about:blank")
+def test_a_height_that_is_no_number_starts_nothing(browser, client):
+    browser.open(client.address)
+    browser.value("document.querySelector('.height').focus()")
+    browser.press("-")
+    browser.push("[data-command=track]")
+    browser.wait("document.querySelector('.asks').innerText.startsWith('The height is no number')")
+    assert state(client)["films"][0]["work"] is None
 
 
-def test_the_program_has_ended_only_where_it_does_not_answer(browser, folder, monkeypatch):
-    with served(folder) as client:
-        browser.open(client.server.address)
-        with monkeypatch.context() as broken:
-            broken.setattr(client.server.desk, "told", lambda: (folder / "none").read_bytes())
-            browser.wait("document.querySelector('#wrong').innerText.includes('No such file')")
-        browser.wait("document.querySelector('#wrong').hidden")
-        browser.value("window.fetch = () => Promise.reject(new TypeError()); 0")
-        browser.wait("document.querySelector('#wrong').innerText.startsWith('figtrack app has ended')")
-        browser.open("about:blank")
-        browser.errors.clear()
+def test_the_program_has_ended_only_where_it_does_not_answer(browser, client, folder, monkeypatch):
+    browser.open(client.address)
+    with monkeypatch.context() as broken:
+        broken.setattr(client.server.desk, "told", lambda: (folder / "none").read_bytes())
+        browser.wait("document.querySelector('#wrong').innerText.includes('No such file')")
+    browser.wait("document.querySelector('#wrong').hidden")
+    browser.value("window.fetch = () => Promise.reject(new TypeError()); 0")
+    browser.wait("document.querySelector('#wrong').innerText.startsWith('figtrack app has ended')")
+    browser.open("about:blank")
+    browser.errors.clear()
 
 
 @pytest.mark.whole
-def test_a_page_that_is_open_is_linked_though_somebody_was_searched_before_it(browser, folder):
-    with served(folder) as client:
-        browser.open(client.server.address)
-        browser.push("[data-command=annotate]")
-        browser.wait("document.querySelector('.task a')")
-        browser.push(".stop")
-        browser.wait("document.querySelector('.said .fault')")
-        assert "http" not in browser.text(".said")
-        assert "Ctrl-C" not in browser.text(".said")
-        browser.open("about:blank")
+def test_a_page_that_is_open_is_linked_though_somebody_was_searched_before_it(browser, client):
+    browser.open(client.address)
+    browser.push("[data-command=annotate]")
+    browser.wait("document.querySelector('.task a')")
+    browser.push(".stop")
+    browser.wait("document.querySelector('.said .fault')")
+    assert "http" not in browser.text(".said")
+    assert "Ctrl-C" not in browser.text(".said")

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from tests.tracker.desk.desks import served, state
+from tests.tracker.desk.desks import state
 from tracker.desk.work import Asked, Command, Work, films, words_for
 
 
@@ -47,26 +47,24 @@ def test_every_marked_frame_is_passed_through(tmp_path):
         assert ("--anchors" in words_for(asked, film, browser=False)) == anchors
 
 
-def test_a_film_has_one_command_at_work_which_can_be_stopped(folder):
-    with served(folder) as client:
-        assert client.post("start", {"film": "walk.mp4", "command": "annotate"})[0] == 200
-        status, told = client.post("start", {"film": "walk.mp4", "command": "find"})
-        assert (status, told["error"]) == (
-            409, "'annotate' is still at work on walk.mp4; stop it first",
-        )  # fmt: skip
-        assert client.post("stop", {"film": "walk.mp4"})[0] == 200
-        work = state(client)["films"][0]["work"]
+def test_a_film_has_one_command_at_work_which_can_be_stopped(client, folder):
+    assert client.post("start", {"film": "walk.mp4", "command": "annotate"})[0] == 200
+    status, told = client.post("start", {"film": "walk.mp4", "command": "find"})
+    assert (status, told["error"]) == (
+        409, "'annotate' is still at work on walk.mp4; stop it first",
+    )  # fmt: skip
+    assert client.post("stop", {"film": "walk.mp4"})[0] == 200
+    work = state(client)["films"][0]["work"]
     assert work["status"] != 0
     assert work["status"] is not None
     assert not (folder / "walk.keypoints.csv").exists()
 
 
-def test_why_a_command_failed_is_shown(folder):
+def test_why_a_command_failed_is_shown(client, folder):
     (folder / "walk.mp4").write_bytes(b"no film")
-    with served(folder) as client:
-        client.post("start", {"film": "walk.mp4", "command": "find"})
-        while (work := state(client)["films"][0]["work"])["status"] is None:
-            time.sleep(0.05)
+    client.post("start", {"film": "walk.mp4", "command": "find"})
+    while (work := state(client)["films"][0]["work"])["status"] is None:
+        time.sleep(0.05)
     assert work["status"] == 1
     assert work["said"][-1].startswith("error: ")
 

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from kinematics.mocap import Sequence as Capture
 from tests.dynamics.hmms import density, random_hmm
 from tests.tracker import gaits
-from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
+from tests.tracker.models.captures import write_trials
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
 from tracker.experiments.classify import SEEN, UNSEEN, Draw, Score
@@ -55,20 +55,10 @@ def study(**changes):
     return Study(captures, captures, QUIET, **changes)
 
 
-def write_table(folder, rows):
-    """Captures and their table; rows of (subject, activity, stride)."""
-    lines = [COLUMNS]
-    for i, (subject, activity, stride) in enumerate(rows):
-        write_walk(folder / f"c{i}.bvh", stride, i)
-        lines.append(f"c{i}.bvh,{subject},t{i},{activity},{FPS},0-{T},,free")
-    (folder / "trials.csv").write_text("\n".join(lines) + "\n")
-    return folder / "trials.csv"
-
-
 def run(folder, rows):
     """The page's text, what is for programs and what is said in a terminal."""
     out = folder / "out"
-    said = reproduce(write_table(folder, rows), out, overwrite=False, progress=QUIET, quick=True)
+    said = reproduce(write_trials(folder, rows), out, overwrite=False, progress=QUIET, quick=True)
     assert sorted(path.name for path in out.iterdir()) == ["reproduce.html", "reproduce.json"]
     news = json.loads((out / "reproduce.json").read_text(encoding="utf-8"))
     return (out / "reproduce.html").read_text(encoding="utf-8"), news, said
@@ -167,9 +157,9 @@ def test_bends_are_learned_from_but_never_measured_on(monkeypatch):
     assert {c.subject for c in tried.captures} == {"a", "b"}
 
 
-def flat(value, label, subject, frames=120):
+def flat(value, label, subject):
     """A capture that stands at one angle, by which its pieces are known again."""
-    y = np.full((frames, 8), float(value))
+    y = np.full((120, 8), float(value))
     return Capture(y, subject, label, subject)
 
 

@@ -65,18 +65,20 @@ def test_a_detectors_results_come_by_image_with_confidence(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "annotation",
+    "content",
     [
-        {"image_id": 1, "keypoints": [1, 2]},
-        {"image_id": 1, "keypoints": 7},
-        {"keypoints": [1, 2, 2] * 17},
-        {"image_id": [1], "keypoints": [1, 2, 2] * 17},
-        None,
+        {"annotations": [{"image_id": 1, "keypoints": [1, 2]}]},
+        {"annotations": [{"image_id": 1, "keypoints": 7}]},
+        {"annotations": [{"keypoints": [1, 2, 2] * 17}]},
+        {"annotations": [{"image_id": [1], "keypoints": [1, 2, 2] * 17}]},
+        {"annotations": [{"image_id": "the seventh", "keypoints": [1, 2, 2] * 17}]},
+        {"annotations": [None]},
+        [{"image_id": float("inf"), "keypoints": [1, 2, 2] * 17}],
     ],
 )
-def test_an_annotation_that_does_not_fit_is_refused_in_words(tmp_path, annotation):
-    with pytest.raises(ForeignError, match="no COCO keypoints file"):
-        read_people(write(tmp_path / "a.json", {"annotations": [annotation]}))
+def test_an_annotation_that_does_not_fit_is_refused_in_words(tmp_path, content):
+    with pytest.raises(ForeignError, match="is no COCO keypoints file that can be read"):
+        read_people(write(tmp_path / "a.json", content))
 
 
 def test_images_may_be_known_by_words(tmp_path):
@@ -84,9 +86,6 @@ def test_images_may_be_known_by_words(tmp_path):
     content = json.loads(path.read_text())
     content["images"][0]["id"] = content["annotations"][0]["image_id"] = "the seventh"
     assert list(read_people(write(path, content))) == [7]
-    content["images"] = []
-    with pytest.raises(ForeignError, match="is no COCO keypoints file that can be read"):
-        read_people(write(path, content))
 
 
 @pytest.mark.parametrize("number", ["1" + 400 * "0", "Infinity"])
@@ -98,12 +97,6 @@ def test_points_beyond_all_bounds_are_left_out(tmp_path, number):
     ((person,),) = read_people(path).values()
     assert "nose" not in person
     assert "left_ear" in person
-
-
-def test_an_image_without_a_number_is_refused(tmp_path):
-    path = write(tmp_path / "a.json", [{"image_id": float("inf"), "keypoints": coco_numbers(WALKER)}])
-    with pytest.raises(ForeignError, match="is no COCO keypoints file that can be read"):
-        read_people(path)
 
 
 def test_points_may_be_numbered(tmp_path):

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from tests.kinematics.figures import ARMS, WALKER
 from tests.tracker import clips
-from tests.tracker.clips import everything, figtrack
+from tests.tracker.clips import everything, figtrack, succeeds
 from tests.tracker.records import FIRST, FRAMES, T, made_track, write_folder
 from tracker.foreign import export
 from tracker.foreign.export import FORMATS
@@ -25,10 +25,7 @@ def run(rng, tmp_path):
 
 
 def exported(run, to, *more):
-    result = figtrack("export", run, "--to", to, *more, "--quiet")
-    assert result.exit_code == 0, result.output
-    assert result.stderr == ""
-    return result.stdout
+    return clips.printed("export", run, "--to", to, *more)
 
 
 def refused(*words):
@@ -49,8 +46,7 @@ def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypat
 
 def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = figtrack("export", run, "--to", "all", *HEIGHT[True])
-    assert done.exit_code == 0, done.output
+    done = succeeds("export", run, "--to", "all", *HEIGHT[True])
     assert [line.split()[0] for line in done.stdout.splitlines()] == ["wrote"] * len(FORMATS)
     every = everything(tmp_path)
     for to in FORMATS:

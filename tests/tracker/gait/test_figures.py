@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.kinematics.figures import FOOTLESS, HORSE, WALKER
-from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, stroll, told
+from tests.kinematics.figures import HORSE, WALKER
+from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, angle_of, bend, footless, posed, stroll, told
 from tests.tracker.tracks import random_track
 from tracker.gait.evened import evened
 from tracker.gait.figures import LEAST_STANCE, _mean_around, gait_of
@@ -36,22 +36,18 @@ def test_a_known_walk_gets_its_own_figures():
 
 
 def test_a_joint_turns_when_its_angle_is_greatest_or_least():
-    track = stroll(duty=0.6)
-    bent = track.q.copy()
+    track = stroll()
     # The knee is most bent 70 per cent after the near foot's strikes at 0.3 s, 1.4 s ...
-    phase = ((track.times - 0.3) / 1.1) % 1.0
-    bent[:, track.figure.index("knee_near")] = np.exp(-(((phase - 0.7) / 0.1) ** 2))
-    gait = gait_of(replace(track, q=bent))
-    found = {measure.name: measure for measure in gait.measures}
+    gait = gait_of(posed(track, knee_near=bend(track, 0.7)))
     # Straight legs are no walk of those that weights were learned from: strikes are told late.
     strikes = np.array([stride.strike.at / 30.0 for stride in gait.strides["near"].sound])
     late = 100.0 * (((strikes - 0.3) / 1.1 + 0.5) % 1.0 - 0.5).mean()
     assert late == pytest.approx(2.0, abs=1.5)
-    assert found["knee flexion peak"].near.mean == pytest.approx(70.0 - late, abs=0.5)
+    assert gait.named("knee flexion peak").near.mean == pytest.approx(70.0 - late, abs=0.5)
     # Straight legs are farthest back when they leave the floor.
-    hip = found["hip extension peak"].far
+    hip = gait.named("hip extension peak").far
     assert hip.mean == pytest.approx(60.0, abs=3.5)
-    assert found["torso range"].near is None
+    assert gait.named("torso range").near is None
 
 
 def test_at_half_speed_times_halve_and_angles_stay():
@@ -139,9 +135,8 @@ def test_walk_or_run_is_one_decision_that_no_single_cue_makes(label):
     walking, running = stroll(), a_run()
     assert gait_of(replace(walking, labels=(label,))).motion == "walk"
     assert gait_of(replace(running, labels=(label,))).motion == "run"
-    bent = walking.q.copy()
-    bent[:, WALKER.index("knee_near")] += 2.0 * (np.arange(len(bent)) % 33 < 4)
-    assert gait_of(replace(walking, q=bent)).motion == "walk"
+    bent = posed(walking, knee_near=2.0 * (np.arange(len(walking)) % 33 < 4))
+    assert gait_of(bent).motion == "walk"
 
 
 def test_lengths_are_those_of_the_way_walked_and_metres_those_of_the_height():
@@ -180,10 +175,7 @@ def test_who_walks_backwards_makes_strides_of_the_same_length():
 
 
 def test_who_stays_in_place_has_no_lengths():
-    track = stroll()
-    q = track.q.copy()
-    q[:, 0] = 0.0
-    found = told(replace(track, q=q))
+    found = told(posed(stroll(), root_x=0.0))
     assert not {"step length", "stride length", "speed"} & set(found)
     assert "stance share" in found
 
@@ -232,10 +224,8 @@ def test_less_than_a_stride_is_no_number():
 
 def test_legs_that_were_exchanged_are_in_discord():
     assert gait_of(stroll()).discord < 0.01
-    track = stroll(9.0)
-    far = track.q.copy()
-    far[:, WALKER.index("hip_far")] = stroll(9.0, period=1.5).q[:, WALKER.index("hip_far")]
-    assert gait_of(replace(track, q=far)).discord == pytest.approx(1.5 / 1.1 - 1.0, abs=0.02)
+    far = posed(stroll(9.0), hip_far=angle_of(stroll(9.0, period=1.5), "hip_far"))
+    assert gait_of(far).discord == pytest.approx(1.5 / 1.1 - 1.0, abs=0.02)
 
 
 def test_a_figure_without_these_legs_has_no_gait(rng):
@@ -245,11 +235,10 @@ def test_a_figure_without_these_legs_has_no_gait(rng):
     assert gait_of(random_track(rng, figure=replace(WALKER, links=tuple(links), panels=()))) is None
 
 
-def test_without_feet_there_is_no_range_of_the_ankles():
+def test_footless_there_is_no_range_of_the_ankles():
     track = stroll()
     assert "ankle range" in told(track)
-    kept = [track.figure.index(name) for name in FOOTLESS.freedoms]
-    found = told(replace(track, figure=FOOTLESS, q=track.q[:, kept], cov=track.cov[:, kept][:, :, kept]))
+    found = told(footless(track))
     assert "ankle range" not in found
     assert found["hip range"] == told(track)["hip range"]
 

@@ -6,20 +6,16 @@ import numpy as np
 import pytest
 
 from tests.kinematics.figures import WALKER
-from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, stroll, told
+from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, bend, posed, stroll, told
 from tracker.gait.figures import gait_of
 
 
 def test_a_flat_peak_is_timed_less_surely_than_a_sharp_one():
-    track = stroll()
-    phase = ((track.times - 0.3) / 1.1) % 1.0
-    errors = []
+    track, knee, errors = stroll(), WALKER.index("knee_near"), []
+    track.cov[:, knee, knee] = np.radians(3.0) ** 2
     for width in (0.05, 0.15):
-        bent, cov = track.q.copy(), track.cov.copy()
-        knee = track.figure.index("knee_near")
-        bent[:, knee] = np.exp(-(((phase - 0.7) / width) ** 2))
-        cov[:, knee, knee] = np.radians(3.0) ** 2
-        errors.append(told(replace(track, q=bent, cov=cov))["knee flexion peak"].near)
+        bent = posed(track, knee_near=bend(track, 0.7, width))
+        errors.append(told(bent)["knee flexion peak"].near)
     assert errors[1].error > 1.2 * errors[0].error
     assert errors[1].shared == pytest.approx(errors[0].shared, rel=0.05)
 

@@ -9,8 +9,8 @@ from scipy.signal import find_peaks
 from tests.benchmarks.gait.learn import figure_of, poses
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import RATE
-from tests.kinematics.figures import FOOTLESS, WALKER
-from tests.tracker.strolls import stroll, track_of
+from tests.kinematics.figures import WALKER
+from tests.tracker.strolls import angle_of, footless, lost_in, posed, stroll, track_of
 from tracker.gait.moments import _peaks
 from tracker.gait.strides import goes_backwards, strides_of
 from tracker.scene.steps import random_build, walk
@@ -26,12 +26,12 @@ def moments(strides, name):
     return np.array([getattr(stride, name).at for stride in strides.sound])
 
 
-def a_walk(seed, seconds=6.0, fps=30):
+def a_walk(seed):
     """A textbook's walk in somebody's lengths, and when its feet are on the ground."""
     rng = np.random.default_rng(seed)
     build = random_build(rng)
-    gait = walk(build, round(seconds * RATE), PERIOD * RATE, rng)
-    shown = np.arange(0, len(gait.pose), round(RATE / fps))
+    gait = walk(build, round(6.0 * RATE), PERIOD * RATE, rng)
+    shown = np.arange(0, len(gait.pose), round(RATE / FPS))
     figure = figure_of(build)
     track = track_of(poses(figure, build, gait.at(shown)), shown / RATE)
     return replace(track, figure=figure), contacts(gait, build)
@@ -43,9 +43,7 @@ def test_a_walk_that_no_weight_was_learned_from_strikes_and_leaves_when_it_does(
     for seed in range(6):
         track, truth = a_walk(seed)
         if not feet:
-            bare = FOOTLESS.with_lengths([link.length for link in track.figure.links[: len(FOOTLESS.links)]])
-            kept = [track.figure.index(name) for name in bare.freedoms]
-            track = replace(track, figure=bare, q=track.q[:, kept], cov=track.cov[:, kept][:, :, kept])
+            track = footless(track)
         for side, strides in strides_of(track, False).items():
             for name, found in late.items():
                 true = np.array([getattr(contact, name) for contact in truth[side]])
@@ -101,22 +99,18 @@ def test_who_walks_backwards_strikes_where_with_time_running_back_a_foot_leaves(
     assert [event.at for event in back.offs] == pytest.approx([last - e.at for e in ahead.strikes[::-1]])
 
 
-def test_who_drifts_back_on_a_treadmill_walks_forwards():
+def test_who_stays_in_place_or_drifts_back_on_a_treadmill_walks_forwards():
     track = stroll(20.0)
-    still = track.q.copy()
-    still[:, 0] = 0.0
-    drifts = still.copy()
-    drifts[:, 0] = np.linspace(0.0, -0.8, len(still))
-    there, here = (of(replace(track, q=q), "near") for q in (still, drifts))
+    ways = 0.0, np.linspace(0.0, -0.8, len(track))
+    there, here = (of(posed(track, root_x=way), "near") for way in ways)
+    assert len(there.sound) == len(of(track, "near").sound)
     assert moments(here, "strike") == pytest.approx(moments(there, "strike"), abs=0.01)
     assert goes_backwards(replace(track, q=track.q[::-1].copy()))
 
 
 def test_strides_in_which_the_figure_was_lost_are_left_out():
     track = stroll()
-    outcome = list(track.outcome)
-    outcome[50] = "lost"  # in the second stride
-    strides = of(replace(track, outcome=tuple(outcome)), "near")
+    strides = of(lost_in(track, 50), "near")  # in the second stride
     whole = moments(of(track, "near"), "strike")
     assert moments(strides, "strike").tolist() == whole[[0, 2, 3]].tolist()
     assert strides.left_out == 1
@@ -130,35 +124,24 @@ def test_strides_in_which_the_figure_was_lost_are_left_out():
 def test_strides_within_half_a_stride_of_a_stand_are_left_out(walks, kept):
     track = stroll(9.0)
     every = of(track, "near").sound  # strikes at 0.3 s, 1.4 s .. 6.9 s, the last stride ends at 8 s
-    held = track.q.copy()
-    held[:, 0] = 1.2 * np.clip(track.times, *walks)
-    found = of(replace(track, q=held), "near")
+    found = of(posed(track, root_x=1.2 * np.clip(track.times, *walks)), "near")
     assert found.sound == every[kept]
     assert found.left_out == len(every) - len(found.sound)
 
 
 def test_who_is_lost_does_not_stand():
     track = stroll(9.0)
-    lost, held = track.times < 0.25, track.q.copy()
-    held[lost, 0] = 0.3
-    outcome = tuple("lost" if one else "ok" for one in lost)
-    found = of(replace(track, q=held, outcome=outcome), "near")
+    lost = track.times < 0.25
+    held = posed(track, root_x=np.where(lost, 0.3, angle_of(track, "root_x")))
+    found = of(lost_in(held, *np.flatnonzero(lost)), "near")
     assert len(found.sound) == len(of(track, "near").sound)
 
 
 def test_nobody_stands_in_slow_motion(rng):
     track = stroll(9.0, fps=240.0)
-    shaky = track.q.copy()
-    shaky[:, 0] += rng.normal(scale=0.005, size=len(shaky))
-    slow = replace(track, q=shaky, times=8.0 * track.times)
+    shaky = posed(track, root_x=angle_of(track, "root_x") + rng.normal(scale=0.005, size=len(track)))
+    slow = replace(shaky, times=8.0 * track.times)
     assert len(of(slow, "near").sound) == len(of(track, "near").sound)
-
-
-def test_who_walks_on_a_treadmill_does_not_stand():
-    track = stroll(9.0)
-    still = track.q.copy()
-    still[:, 0] = 0.0
-    assert len(of(replace(track, q=still), "near").sound) == len(of(track, "near").sound)
 
 
 def test_a_stride_that_missed_a_strike_is_left_out():
@@ -173,21 +156,14 @@ def test_a_stride_that_missed_a_strike_is_left_out():
     assert strides.left_out == 1
 
 
-@pytest.mark.parametrize("swing", [0.0, 0.05])
-def test_who_stands_has_no_strides(swing):
-    assert of(stroll(swings=(swing, swing)), "near").sound == ()
+NO_STRIDES = {"standing": stroll(swings=(0.0, 0.0)), "swaying": stroll(swings=(0.05, 0.05))}
+NO_STRIDES |= {f"{T} frames": stroll(T / FPS) for T in (1, 2, 3, 8)}
+NO_STRIDES["lost throughout"] = lost_in(stroll(), *range(180))
 
 
-def test_a_figure_lost_throughout_has_no_strides():
-    track = stroll()
-    assert of(replace(track, outcome=("lost",) * len(track)), "near").sound == ()
-
-
-@pytest.mark.parametrize("T", [1, 2, 3, 8])
-def test_a_clip_of_a_few_frames_has_no_strides(T):
-    track = stroll(T / FPS)
-    assert len(track) == T
-    assert of(track, "near").sound == ()
+@pytest.mark.parametrize("what", NO_STRIDES)
+def test_who_stands_or_is_hardly_seen_has_no_strides(what):
+    assert of(NO_STRIDES[what], "near").sound == ()
 
 
 def test_an_error_grows_with_the_poses_covariance():

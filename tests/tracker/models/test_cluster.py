@@ -17,7 +17,7 @@ from dynamics.frames import batches
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from tests.oracles import random_slds
-from tests.tracker.clips import figtrack, refused
+from tests.tracker.clips import refused, succeeds
 from tests.tracker.gaits import both, sequence, write_poses
 from tracker.models.by_motion import E_STEPS
 from tracker.models.cluster import ClusterError, _uninterrupted, cluster_at, local_cluster, spread_over
@@ -38,10 +38,15 @@ def problem(rng):
 
 def numbers(posterior):
     moments = [posterior.states, posterior.starts, posterior.steps]
-    arrays = [
-        array for gaussian in moments if gaussian is not None for array in (gaussian.mean, gaussian.cov)
-    ]
+    arrays = [array for each in moments if each is not None for array in (each.mean, each.cov)]
     return [posterior.prob, posterior.pair, posterior.lag, posterior.path, posterior.log_evidence, *arrays]
+
+
+def check_same(ones, others):
+    """Posteriors are the same to the last bit."""
+    for one, other in zip(ones, others, strict=True):
+        for wanted, found in zip(numbers(one), numbers(other), strict=True):
+            assert np.array_equal(wanted, found)
 
 
 @pytest.mark.parametrize("inference", E_STEPS)
@@ -51,9 +56,7 @@ def test_an_e_step_on_a_cluster_is_the_same_to_the_last_bit(cluster, problem, in
     assert len(cut(sldss[0], ys)) > 1
     here, there = make(), spread_over(cluster, make, cut)
     for slds in sldss:  # variational inference begins a round from the last one's answer
-        for one, other in zip(here(slds, ys), there(slds, ys), strict=True):
-            for wanted, found in zip(numbers(one), numbers(other), strict=True):
-                assert np.array_equal(wanted, found)
+        check_same(here(slds, ys), there(slds, ys))
 
 
 def test_a_process_that_dies_between_rounds_changes_nothing(cluster, problem):
@@ -62,9 +65,7 @@ def test_a_process_that_dies_between_rounds_changes_nothing(cluster, problem):
     here(sldss[0], ys), there(sldss[0], ys)
     pids = cluster.run(os.getpid)
     os.kill(next(iter(pids.values())), signal.SIGKILL)
-    for one, other in zip(here(sldss[1], ys), there(sldss[1], ys), strict=True):
-        for wanted, found in zip(numbers(one), numbers(other), strict=True):
-            assert np.array_equal(wanted, found)
+    check_same(here(sldss[1], ys), there(sldss[1], ys))
     cluster.wait_for_workers(len(pids), timeout=60)
 
 
@@ -96,9 +97,8 @@ def test_learning_on_a_cluster_writes_the_same_model(cluster, tmp_path, rng):
     address = cluster.scheduler.address
     for inference in ("viterbi", "variational"):
         here, there = tmp_path / f"{inference}1.npz", tmp_path / f"{inference}2.npz"
-        assert figtrack(*words, "--inference", inference, "--out", here).exit_code == 0
-        spread = figtrack(*words, "--inference", inference, "--scheduler", address, "--out", there)
-        assert spread.exit_code == 0, spread.output
+        succeeds(*words, "--inference", inference, "--out", here)
+        succeeds(*words, "--inference", inference, "--scheduler", address, "--out", there)
         with np.load(here) as one, np.load(there) as other:
             assert all(np.array_equal(one[name], other[name]) for name in one.files)
     said = refused(*words[:-1], "--inference", "hmm", "--scheduler", address, "--out", tmp_path / "h.npz")

@@ -21,9 +21,6 @@ def right(found, labels):
     return np.mean([one == other for one, other in zip(found.label, labels, strict=True)])
 
 
-# Which motion
-
-
 @pytest.mark.parametrize("inference", Inference)
 @pytest.mark.parametrize("order", [("walk", "run"), ("run", "walk")])
 def test_a_change_of_motion_is_found_where_it_is(rng, inference, order):
@@ -108,9 +105,6 @@ def test_sequences_that_say_nothing_of_a_motion_are_refused_by_name(rng):
     nothing = [sequence(blanked(y, slice(None)), "b")]
     with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
         forecast_all(gait_model(), nothing, 1)
-
-
-# Forecasts
 
 
 def test_forecasts_follow_the_gait_and_its_place(rng):

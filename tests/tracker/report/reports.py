@@ -94,6 +94,13 @@ class Report:
             f"slider.value = {frame}; slider.dispatchEvent(new Event('input'))}})()"
         )
 
+    def span(self, seconds):
+        """Choose how much of the curves is seen."""
+        self.browser.value(
+            "(() => {const choice = document.querySelector('.spans select');"
+            f"choice.value = '{seconds}'; choice.dispatchEvent(new Event('change'))}})()"
+        )
+
     def go(self, frame, first=0):
         self.slide(frame)
         self.shows(frame, first)
@@ -113,11 +120,13 @@ def made(folder, track=None, start=0.0, **changes):
     return path
 
 
-def compared(folder, names=("walk-run", "cv"), **changes):
+def compared(folder):
     """A comparison's page beside its film."""
-    tracks = [stroll(SECONDS, swings=(swing, swing)) for swing in (0.5, 0.3)]
-    chapters = [chapter(track, name=name, **changes) for name, track in zip(names, tracks, strict=True)]
-    film = write_clip(folder / FILM, tracks[0].times[:60])
+    tracks = {
+        name: stroll(SECONDS, swings=(swing, swing)) for name, swing in (("walk-run", 0.5), ("cv", 0.3))
+    }
+    chapters = [chapter(track, name=name) for name, track in tracks.items()]
+    film = write_clip(folder / FILM, tracks["cv"].times[:60])
     sheet = folder / "failure.png"
     sheet.write_bytes(
         bytes.fromhex(
@@ -125,17 +134,7 @@ def compared(folder, names=("walk-run", "cv"), **changes):
             "0000000d49444154789c6360606060000000050001a5f645400000000049454e44ae426082"
         )
     )
-    lost = replace(SCORE, first_failure_frame=2)
+    scores = {"walk-run": SCORE, "cv": replace(SCORE, first_failure_frame=2)}
     path = folder / "report.html"
-    write_comparison(
-        path, "walk.mp4", film, chapters, dict(zip(names, (SCORE, lost), strict=True)), sheet, ["A note."]
-    )
+    write_comparison(path, "walk.mp4", film, chapters, scores, sheet, ["A note."])
     return path
-
-
-def box(browser, selector, i=0):
-    """Left, top, width and height of an element, pixels of the window."""
-    return browser.value(
-        f"(() => {{const b = document.querySelectorAll('{selector}')[{i}].getBoundingClientRect();"
-        "return [b.x, b.y, b.width, b.height]})()"
-    )

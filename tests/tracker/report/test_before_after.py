@@ -2,42 +2,26 @@
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from kinematics.figure_file import load_figure
 from kinematics.sides import OTHER, SIDES
-from tests.tracker.clips import figtrack
-from tests.tracker.records import made_track, write_folder
-from tests.tracker.strolls import stroll
-from tracker.gait.figures import Gait, gait_of
+from tests.tracker.clips import figtrack, succeeds
+from tests.tracker.records import made_track, walked, write_folder
+from tracker.gait.figures import Gait
 from tracker.gait.values import Measure, Value
 from tracker.report.before_after import Change, _changes, _walked, compare_runs
 from tracker.run.read import RunError
-from tracker.run.write import write_tables
 
-SECONDS, FPS = 6.0, 30.0
 FLOAT = r"[-\N{MINUS SIGN}]?\d+\.\d+"
-
-
-def run(folder, *, height=None, facing=1, **walk):
-    """The folder of a stroll's run, as far as it is read."""
-    track = stroll(SECONDS, fps=FPS, **walk)
-    track = replace(track, view=replace(track.view, facing=facing))
-    folder.mkdir()
-    write_tables(track, folder, len(track), FPS)
-    (folder / "gait.json").write_text(json.dumps(gait_of(track).summary()))
-    news = {"figtrack": "0", "video": "a.mp4", "fps": FPS, "frames": len(track), "facing": "right"}
-    (folder / "run.json").write_text(json.dumps(news | {"height": height}))
-    return folder
 
 
 @pytest.fixture
 def runs(tmp_path):
     """A walk, and a quicker one."""
-    return run(tmp_path / "monday"), run(tmp_path / "friday", period=1.0)
+    return walked(tmp_path / "monday"), walked(tmp_path / "friday", period=1.0)
 
 
 def rows(text):
@@ -90,8 +74,8 @@ def test_one_leg_is_not_compared_with_the_other():
 
 def test_who_turned_round_is_compared_leg_by_leg(tmp_path):
     swings = np.radians([28.0, 24.0])
-    right = run(tmp_path / "right", swings=swings)
-    left = run(tmp_path / "left", swings=swings[::-1], start=0.85, facing=-1)
+    right = walked(tmp_path / "right", swings=swings)
+    left = walked(tmp_path / "left", swings=swings[::-1], start=0.85, facing=-1)
     found = rows(compare_runs(right, left, tmp_path / "page.html"))
     page = (tmp_path / "page.html").read_text()
     assert "face opposite ways" in page
@@ -104,7 +88,7 @@ def test_who_turned_round_is_compared_leg_by_leg(tmp_path):
 
 def test_lengths_are_in_metres_only_where_both_are(tmp_path):
     one, other, third = (
-        run(tmp_path / name, height=height) for name, height in (("a", 1.7), ("b", None), ("c", 1.8))
+        walked(tmp_path / name, height=height) for name, height in (("a", 1.7), ("b", None), ("c", 1.8))
     )
     mixed = compare_runs(one, other, tmp_path / "mixed.html")
     assert "speed (leg lengths/s)" in mixed
@@ -133,8 +117,7 @@ def test_the_page_draws_both_and_marks_what_changed(browser, runs, tmp_path):
 
 def test_the_command_writes_a_page_and_replaces_none(runs, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = figtrack("compare-runs", *runs)
-    assert done.exit_code == 0, done.output
+    done = succeeds("compare-runs", *runs)
     assert "open monday-friday.html" in done.stdout
     before = (tmp_path / "monday-friday.html").read_bytes()
     refused = figtrack("compare-runs", *runs)
@@ -147,7 +130,7 @@ def test_the_command_writes_a_page_and_replaces_none(runs, tmp_path, monkeypatch
 
 
 def test_a_run_without_strides_is_refused_in_one_line(runs, tmp_path):
-    short = run(tmp_path / "short", period=50.0)
+    short = walked(tmp_path / "short", period=50.0)
     with pytest.raises(RunError, match="short has no whole stride"):
         compare_runs(runs[0], short, tmp_path / "page.html")
     (runs[1] / "gait.json").unlink()  # as of a horse

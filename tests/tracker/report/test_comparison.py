@@ -9,7 +9,7 @@ import pytest
 from dynamics.slds import constant_velocity
 from dynamics.store import ModelError, save
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, refused, write_table, write_video
+from tests.tracker.clips import RUN_FILES, read_csv, read_json, refused, succeeds, write_table, write_video
 from tracker.clip import part
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -41,8 +41,7 @@ def compare(clip, out, *more):
 def done(clip, tmp_path_factory):
     """A finished comparison, its folder and what was printed."""
     out = tmp_path_factory.mktemp("compare") / "out"
-    result = figtrack(*compare(clip, out, "--model", "cv", "--model", "walk-run-1", "--quiet"))
-    assert result.exit_code == 0, result.output
+    result = succeeds(*compare(clip, out, "--model", "cv", "--model", "walk-run-1", "--quiet"))
     return out, result
 
 
@@ -122,7 +121,7 @@ def test_stdout_is_the_table_and_where_the_page_is(done):
 
 def test_models_that_are_named_twice_are_followed_once_and_scored_up_to_the_stop(clip, tmp_path):
     words = compare(clip, tmp_path / "out", "--model", "cv", "--model", "cv", "--stop", 2)
-    assert figtrack(*words).exit_code == 0
+    succeeds(*words)
     models = read_json(tmp_path / "out" / "compare.json")["models"]
     assert {name: result["truth_frames"] for name, result in models.items()} == {"cv": 2}
 
@@ -182,8 +181,7 @@ def test_anchors_marked_anew_for_the_truth_are_scored(clip, tmp_path):
     marks, out = tmp_path / "some.csv", tmp_path / "out"
     write_table(marks, [(t, name, x + 1.0, y, 1) for t, name, x, y, _ in clip.rows([0, 3, 6])])
     words = ["compare", clip.video, "--keypoints", marks, "--truth", clip.keypoints, "--out", out]
-    result = figtrack(*words, "--model", "cv", "--anchors", "--quiet")
-    assert result.exit_code == 0, result.output
+    result = succeeds(*words, "--model", "cv", "--anchors", "--quiet")
     assert read_json(out / "compare.json")["models"]["cv"]["truth_frames"] == len(clip) - 1
     assert "not scored" not in result.stdout
 
@@ -195,8 +193,7 @@ def test_of_a_video_cut_short_what_was_read_is_compared_and_it_is_said(clip, tmp
     rows = [(t, name, x, y, 1) for t in range(20) for _, name, x, y, _ in clip.rows([0])]
     write_table(tmp_path / "truth.csv", rows)
     words = ["--keypoints", clip.keypoints, "--truth", tmp_path / "truth.csv", "--model", "cv", "--quiet"]
-    result = figtrack("compare", tmp_path / "cut.mp4", *words, "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.output
+    result = succeeds("compare", tmp_path / "cut.mp4", *words, "--out", tmp_path / "out")
     assert result.stderr.startswith("warning: cv: cut.mp4 ")
     read = read_json(tmp_path / "out" / "cv" / "run.json")["frames"]
     assert read_json(tmp_path / "out" / "compare.json")["models"]["cv"]["truth_frames"] == read - 1

@@ -22,8 +22,8 @@ def track(rng):
     return replace(made, cov=1e-2 * made.cov, s=np.zeros(4, np.intp))
 
 
-def ground(height=240, width=320):
-    return np.full((height, width, 3), GREY, np.uint8)
+def ground(height=240):
+    return np.full((height, 320, 3), GREY, np.uint8)
 
 
 @pytest.fixture

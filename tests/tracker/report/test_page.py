@@ -11,17 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.tracker.report.reports import (
-    FPS,
-    HIP,
-    SECONDS,
-    Report,
-    box,
-    chapter,
-    compared,
-    made,
-    write_clip,
-)
+from tests.tracker.report.reports import FPS, HIP, SECONDS, Report, chapter, compared, made, write_clip
 from tests.tracker.strolls import stroll
 from tracker.report import page
 from tracker.report.chapter import headline, unusual
@@ -69,12 +59,6 @@ def test_below_two_sentences_angles_over_the_stride_have_a_line_a_stride_and_a_b
     report.shows(7)
 
 
-def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
-    Report(browser, made(tmp_path, stroll(0.9)))
-    assert browser.value("document.querySelectorAll('.headline, .unusual').length") == 0
-    assert browser.value("document.querySelectorAll('.cycles').length") == 0
-
-
 @pytest.mark.parametrize("several", [False, True])
 @pytest.mark.parametrize("width", [390, 1000, 1280, 1920])
 def test_no_window_is_too_narrow(browser, tmp_path, several, width):
@@ -87,7 +71,7 @@ def test_no_window_is_too_narrow(browser, tmp_path, several, width):
 @pytest.mark.parametrize("width", [390, 1100, 1280, 1920, 2560])
 def test_the_film_has_half_of_a_wide_window_and_all_of_a_narrow_one(browser, tmp_path, width):
     Report(browser, made(tmp_path), width=width)
-    (film, _, film_width, _), (told, _, told_width, _) = (box(browser, name) for name in (".clips", ".told"))
+    (film, _, film_width, _), (told, _, told_width, _) = (browser.box(name) for name in (".clips", ".told"))
     if width < 1200:
         assert film_width > width - 45  # margins and a scroll bar
         assert film == pytest.approx(told, abs=1.0)

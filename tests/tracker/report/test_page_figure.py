@@ -16,15 +16,13 @@ from tests.tracker.report.reports import (
     SIZE,
     STEP,
     Report,
-    box,
     chapter,
     compared,
     made,
     write_clip,
 )
 from tests.tracker.strolls import stroll
-from tests.videos.clips import make_clip, set_display_matrix
-from tests.videos.test_playable import begin_later
+from tests.videos.clips import begin_later, make_clip, set_display_matrix
 from tracker.report.page import write_report
 from tracker.run.read import FILM
 from videos.frames import Video
@@ -57,7 +55,7 @@ PLACE = """((point, frame) => {{
 def seen(browser, folder):
     """The first film and what is on it, as it is on the screen, (H, W, 3) RGB."""
     browser.picture(folder / "seen.png")
-    left, top, width, height = np.rint(box(browser, ".screen")).astype(int)
+    left, top, width, height = np.rint(browser.box(".screen")).astype(int)
     image = cv2.cvtColor(cv2.imread(str(folder / "seen.png")), cv2.COLOR_BGR2RGB)
     return image[top : top + height, left : left + width].astype(int)
 
@@ -73,7 +71,7 @@ def test_the_figure_stands_where_the_track_has_it(browser, tmp_path, frame):
     report = Report(browser, made(tmp_path, track, start=0.4))
     report.go(frame)
     image = seen(browser, tmp_path)
-    left, top, width, _ = box(browser, ".screen")
+    left, top, width, _ = browser.box(".screen")
     scale = width / SIZE[0]
     for start, end, colour in (("hip", "near_knee", NEAR), ("neck", "head_top", TRUNK)):
         places = [track.joints()[frame, WALKER.joints.index(name)] for name in (start, end)]
@@ -113,7 +111,7 @@ def test_from_near_the_hip_stays_in_the_middle(browser, tmp_path, clips):
     for frame in (0, 20, 59):
         report.go(frame)
         for clip in range(clips):
-            left, top, width, height = box(browser, ".screen", clip)
+            left, top, width, height = browser.box(".screen", clip)
             hip = np.array(browser.value(PLACE.format(clip=clip, point=0, frame=frame)))
             assert_allclose((hip - (left, top)) / (width, height), 0.5, atol=0.03)
             joints = [browser.value(PLACE.format(clip=clip, point=k, frame=frame)) for k in range(9)]

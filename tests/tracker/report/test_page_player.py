@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.report import reports
-from tests.tracker.report.reports import FPS, HIP, SECONDS, Report, box, chapter, compared, made, write_clip
+from tests.tracker.report.reports import FPS, HIP, SECONDS, Report, chapter, compared, made, write_clip
 from tests.tracker.strolls import stroll
 from tracker.report import page
 from tracker.report.page import write_report
@@ -69,7 +69,7 @@ def test_from_its_end_the_clip_plays_again_from_the_start(browser, tmp_path):
 
 def test_a_click_in_a_plot_goes_there(browser, tmp_path):
     report = Report(browser, made(tmp_path))
-    left, top, width, height = box(browser, ".panel .chart", 1)
+    left, top, width, height = browser.box(".panel .chart", 1)
     last = round(SECONDS * FPS) - 1
     for frame in (44, 7):
         browser.click(left + 1 + (width - 1) * frame / last, top + height / 2)
@@ -106,10 +106,7 @@ def test_the_cursor_is_where_another_model_s_part_of_the_curves_has_it(browser, 
     monkeypatch.setattr(reports, "SECONDS", 20.0)
     report = Report(browser, compared(tmp_path))
     report.slide(300)
-    browser.value(
-        "(() => {const choice = document.querySelector('.spans select'); choice.value = '3';"
-        "choice.dispatchEvent(new Event('change'))})()"
-    )
+    report.span(3)
     report.slide(320)
     assert report.cursor() > 0.6
     browser.push("[data-tab='1']")
@@ -148,10 +145,7 @@ def test_long_clips_are_seen_a_few_seconds_at_a_time(browser, tmp_path):
     write_report(path, chapter(track), write_clip(tmp_path / FILM, track.times[:60]))
     report = Report(browser, path)
     report.slide(300)
-    browser.value(
-        "(() => {const choice = document.querySelector('.spans select'); choice.value = '3';"
-        "choice.dispatchEvent(new Event('change'))})()"
-    )
+    report.span(3)
     assert report.cursor() == pytest.approx(0.5, abs=0.01)
     width = browser.value("document.querySelector('.panel svg').viewBox.baseVal.width")
     assert width == pytest.approx(3.0)
@@ -165,10 +159,11 @@ def test_the_page_opens_at_the_frame_that_was_followed_from(browser, tmp_path):
     assert chapter(run=replace(run, track=replace(run.track, first=10))).drawn()["start"] == 15
 
 
-def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):
+def test_a_clip_of_one_frame_is_a_page_too_without_words_and_plots_of_strides(browser, tmp_path):
     track = stroll(1.0 / FPS)
     report = Report(browser, made(tmp_path, track))
     report.shows(0)
     browser.press("ArrowRight")
     report.shows(0)
     assert "No gait figures" in browser.text("article")
+    assert browser.each(".headline, .unusual, .cycles", "one.innerText") == []

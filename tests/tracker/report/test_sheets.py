@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from tests.tracker.report.reports import SCORE
 from tracker.report.sheets import sheet_frames
 
@@ -17,12 +19,11 @@ def scores(**worse):
     }
 
 
-def test_frames_lead_evenly_to_where_the_tracks_part_most_and_then_to_the_end():
-    assert sheet_frames(scores(f30=0.9, f40=0.5)) == [0, 20, 30, 60]
-
-
-def test_where_they_part_at_the_end_every_frame_leads_there():
-    assert sheet_frames(scores(f60=0.9)) == [0, 20, 40, 60]
+@pytest.mark.parametrize(
+    ("worse", "shown"), [({"f30": 0.9, "f40": 0.5}, [0, 20, 30, 60]), ({"f60": 0.9}, [0, 20, 40, 60])]
+)
+def test_frames_lead_evenly_to_where_the_tracks_part_most_and_then_to_the_end(worse, shown):
+    assert sheet_frames(scores(**worse)) == shown
 
 
 def test_one_track_alone_is_shown_evenly():

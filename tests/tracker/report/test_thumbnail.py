@@ -4,18 +4,16 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.tracker.clips import write_video
 from tracker.report import thumbnail as thumbnails
 from tracker.report.thumbnail import LATEST, thumbnail
 from videos.container import VideoError
 from videos.frames import Video
-from videos.writer import Writer
 
 
 def film(path, frames):
     """A film whose frames are as bright as their numbers."""
-    with Writer(path, 25.0, (64, 48), crf=5) as writer:
-        for t in range(frames):
-            writer.write(np.full((48, 64, 3), t, np.uint8), t / 25.0)
+    write_video(path, [np.full((48, 64, 3), t, np.uint8) for t in range(frames)])
     return path
 
 

@@ -12,10 +12,10 @@ from tests.tracker.clips import everything
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 
 
-def complete_run(path, text="old"):
+def complete_run(path):
     path.mkdir(parents=True)
     (path / "run.json").write_text('{"figtrack": "0"}')
-    (path / "pose.csv").write_text(text)
+    (path / "pose.csv").write_text("old")
 
 
 def write_run_into(path, *, overwrite=False, inputs=(), text="new", meanwhile=None, failure=None):
@@ -302,16 +302,6 @@ def test_what_others_make_is_not_swept_up(tmp_path):
     with swept([tmp_path / "out"]):
         pass
     assert names(tmp_path) == sorted(others)
-
-
-def test_what_a_living_process_makes_is_not_swept_up(tmp_path):
-    inner = partial(write_run_into, tmp_path / "out", text="inner")
-    with fresh_folder(tmp_path / "out", overwrite=True) as aside:
-        inner()
-        (aside / "run.json").write_text('{"figtrack": "0"}')
-        (aside / "pose.csv").write_text("outer")
-    assert (tmp_path / "out" / "pose.csv").read_text() == "outer"
-    assert names(tmp_path) == ["out"]
 
 
 def test_a_folder_aside_that_is_swept_before_it_is_locked_is_made_again(tmp_path, monkeypatch):

@@ -35,12 +35,8 @@ def header_of(path):
 def tip(track, q, joint, shift=(0.0, 0.0)):
     """Where a joint lies in a picture shifted by the camera, pixels, by the definition."""
     x, y = Puppet(WALKER, q).joints()[joint]
-    return np.array(
-        [
-            track.view.origin[0] + shift[0] + track.view.facing * track.view.unit * x,
-            track.view.origin[1] + shift[1] - track.view.unit * y,
-        ]
-    )
+    ahead, up = track.view.facing * track.view.unit * x, track.view.unit * y
+    return np.array(track.view.origin) + shift + (ahead, -up)
 
 
 def test_tables_have_the_columns_that_others_read(folder):

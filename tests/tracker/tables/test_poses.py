@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import figtrack, refused
+from tests.tracker.clips import figtrack, refused, succeeds
 from tests.tracker.gaits import gait, sequence
 from tests.tracker.gaits import write_poses as written
 from tracker.tables.poses import LARGEST, PosesError, pose_cells, read_poses, suspicions, write_poses
@@ -155,8 +155,7 @@ def gait_table(path, label="walk"):
 
 def test_a_model_is_learned_from_pose_tables_one_motion_a_label(tmp_path):
     tables = [gait_table(tmp_path / "a.csv"), gait_table(tmp_path / "b.csv", "run")]
-    found = figtrack("learn", *tables, "--states", 1, "--out", tmp_path / "m.npz")
-    assert found.exit_code == 0, found.stderr
+    found = succeeds("learn", *tables, "--states", 1, "--out", tmp_path / "m.npz")
     assert "2 states, order 2, 30 frames a second, from 2 sequences of subjects a, b" in found.stdout
     assert "\n80 frames used, 0 left out" in found.stdout
     found = figtrack("learn", *tables, "--states", 1, "--label", "walk", "--out", tmp_path / "w.npz")
@@ -171,9 +170,3 @@ def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
     path.write_text("\n".join(",".join(cells[:2] + cells[4:]) for cells in lines) + "\n")
     assert "rows need all of root_x,root_y" in refused("learn", path, "--out", tmp_path / "m.npz")
     assert not (tmp_path / "m.npz").exists()
-
-
-def test_either_trials_or_pose_tables_are_wanted(tmp_path):
-    found = figtrack("learn", gait_table(tmp_path / "a.csv"), "--trials", "t.csv")
-    assert found.exit_code == 2
-    assert "one of the two" in found.stderr
