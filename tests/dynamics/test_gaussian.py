@@ -68,10 +68,3 @@ def test_frozen_arrays_are_read_only_copies():
     assert array[0] == pytest.approx(0.0)
     with pytest.raises(ValueError, match="read-only"):
         array[0] = 1.0
-
-
-def test_frozen_names_what_is_wrong():
-    with pytest.raises(ValueError, match=r"mean0 must have shape \(3,\); got \(2,\)"):
-        frozen("mean0", np.zeros(2), (3,))
-    with pytest.raises(ValueError, match="R must be finite; 2 entries are not"):
-        frozen("R", [np.nan, 0.0, np.inf], (3,))

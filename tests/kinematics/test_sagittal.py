@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.bvh import Capture, MotionError
+from kinematics.bvh import Capture
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.sagittal import Body, find_body, project
 from tests.kinematics.bodies import CMU, stepping_body, walker
@@ -117,14 +117,6 @@ def test_a_capture_without_a_hand_has_no_arms(rng):
     assert_allclose(find_body(whole).arms[1, :, 2], whole.at("LeftHand"), rtol=0)
     less = Capture(names[:-1], whole.positions[:, :-1], 30.0)
     assert find_body(less).arms is None
-
-
-def test_joints_of_no_known_dialect_are_named():
-    without = tuple(name for name in CMU if name != "LeftFoot")
-    with pytest.raises(
-        MotionError, match=r"no joint is called LeftFoot among RightUpLeg, .*rename the joints"
-    ):
-        find_body(Capture(without, np.zeros((4, 9, 3)), 30.0))
 
 
 def test_a_leg_is_as_long_as_thigh_and_shank_whatever_the_pose():

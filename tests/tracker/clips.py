@@ -10,6 +10,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from tracker.cli.app import app
+from tracker.foreign.points import Points
 from tracker.scene.film import render, truth_table
 from videos.writer import Writer
 
@@ -61,6 +62,12 @@ def make_clip(folder):
     write_video(clip.video, scene.images)
     write_table(clip.keypoints, truth_table(scene))  # hidden joints are marked 0, as by hand
     return clip
+
+
+def points_of(joints):
+    """The joints (T, 2) of every name as a network's points, all of them certain."""
+    places = np.stack([*joints.values()], axis=1)
+    return Points(tuple(joints), places, np.ones(places.shape[:2]))
 
 
 def write_video(path, images, times=None, fps=FPS):

@@ -9,7 +9,10 @@ FIELDS = ("pi0", "Pi", "A", "b", "Q", "R", "mean0", "cov0")
 
 
 def drawn(slds, lengths, rng, *, gaps=False):
-    """Sequences; with gaps, of each a few entries, one whole row and, where it is odd, the first row."""
+    """Sequences; with gaps a few entries are missing of each, and a whole row.
+
+    That row is the first, of every other sequence the last but one. All of the last row is measured.
+    """
     ys = [sample(slds, T, rng)[2] for T in lengths]
     for n, y in enumerate(ys if gaps else []):
         y[rng.random(y.shape) < 0.2] = np.nan

@@ -13,6 +13,7 @@ from dynamics.motion.rate import at_rate, backwards, by_motion, run_moments, sta
 from dynamics.slds import combine
 from dynamics.store import load_shipped
 from tests.dynamics.learning.systems import assert_same_system
+from tests.dynamics.motion.motions import named
 from tests.oracles import assert_gaussian, given_path, mixture, random_slds
 
 
@@ -185,19 +186,11 @@ def test_backwards_every_switch_is_made_the_other_way_as_often(rng):
     assert_allclose(back.sum(1), 1.0, atol=1e-14)
 
 
-def named(slds, *labels):
-    return replace(slds, labels=labels)
-
-
 def test_the_share_of_time_is_that_of_a_long_walk_through_the_states(rng):
     for K in (1, 2, 5):
         Pi = rng.dirichlet(np.ones(K), size=K)
         # Of these chains the second eigenvalue is below 0.9: 0.9**1000 is nothing.
         assert_allclose(stationary(Pi), np.linalg.matrix_power(Pi, 1000)[0], atol=1e-12)
-
-
-def test_the_share_of_time_in_two_states_is_as_the_rates_out_of_them():
-    assert_allclose(stationary(np.array([[0.9, 0.1], [0.3, 0.7]])), [0.75, 0.25], atol=1e-14)
 
 
 def test_states_that_take_turns_have_equal_shares():  # no power of Pi settles

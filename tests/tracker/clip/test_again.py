@@ -111,9 +111,10 @@ def test_without_the_marks_that_it_passes_through_there_is_nothing_to_go_on_from
 
 
 def kept(before, now, rng):
-    """Of frames that are marked HERE, and what corrections make of them."""
+    """Of frames that are marked HERE, and what corrections make of them; None takes marks away."""
     marks = dict.fromkeys((START, *before), HERE)
-    return Kept.of(random_track(rng, T), marks, marks | now, START)
+    corrected = {t: names for t, names in (marks | now).items() if names}
+    return Kept.of(random_track(rng, T), marks, corrected, START)
 
 
 @pytest.mark.parametrize(
@@ -127,6 +128,7 @@ def kept(before, now, rng):
         ((2, 5), {3: THERE}, (3, 4), (2, 8)),
         ((15,), {15: THERE}, (9, 19), (8, 19)),
         ((12, 15), {12: THERE}, (9, 14), (8, 15)),
+        ((12, 15), {12: None}, (9, 14), (8, 15)),
         ((15,), {19: THERE}, (16, 19), (8, 19)),
         # Marks outside the part that was followed:
         ((-6, -3), {-6: THERE}, (0, -1), (8, 8)),
@@ -144,12 +146,6 @@ def test_what_lies_beyond_the_next_marks_that_stay_is_kept(rng, before, now, ane
 def test_where_the_start_or_nothing_changed_all_is_followed_again(rng):
     assert kept((12,), {START: THERE}, rng) is None
     assert kept((12,), {}, rng) is None
-
-
-def test_a_mark_that_is_gone_is_a_change(rng):
-    marks = dict.fromkeys((START, 12, 15), HERE)
-    found = Kept.of(random_track(rng, T), marks, dict.fromkeys((START, 15), HERE), START)
-    assert found.anew == (9, 14)
 
 
 def test_a_track_is_replaced_in_these_frames_and_no_others(rng):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.clips import write_table, write_video
+from tests.tracker.clip.filmed import as_video
+from tests.tracker.clips import write_table
 from tests.tracker.outline.films import BORDER, MIDDLE, UNIT, WALKER, a_walk, film
 from tracker import follow
 from tracker.clip import found as found_module
@@ -21,14 +22,8 @@ from tracker.clip.start import FoundError
 from tracker.outline.spot import Spot
 from tracker.progress import Progress
 from tracker.survey.evidence import FULL_OF_SHADOWS, USUAL
-from videos.frames import Video
 
 QUIET = Progress("quiet")
-
-
-def as_video(images, folder):
-    write_video(folder / "film.mp4", np.ascontiguousarray(images))
-    return Video(folder / "film.mp4")
 
 
 @pytest.fixture
@@ -148,37 +143,30 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
 
+def spread(one, by):
+    """The person with joints that may be this far off."""
+    return replace(one, outline=replace(one.outline, spread=np.full_like(one.outline.spread, by)))
+
+
 @pytest.mark.parametrize(
-    ("turned", "which"), [((0.12, 0.13, 0.1), 0), ((0.12, 0.14, 0.15), 1), ((0.12, 0.08, 0.16), 2)]
+    ("turned", "spreads", "which"),
+    [
+        ((0.12, 0.13, 0.1), (0.0, 0.0, 0.0), 0),
+        ((0.12, 0.14, 0.15), (0.0, 0.0, 0.0), 1),
+        ((0.12, 0.08, 0.16), (0.0, 0.0, 0.0), 2),
+        ((0.9 * CLEARLY, 0.3), (0.0, 2.0 * DOUBTED), 0),
+        ((0.3, 0.2), (0.5 * (NARROW + DOUBTED), 0.0), 1),
+    ],
+    ids=["hardly better", "better", "better at last", "better but doubted", "worse but clear"],
 )
-def test_a_later_look_counts_where_it_tells_the_facing_better_by_a_tenth(
-    turned, which, walk, video, monkeypatch
+def test_a_later_look_counts_where_it_is_not_doubted_and_clear_or_better_by_a_tenth(
+    turned, spreads, which, walk, video, monkeypatch
 ):
-    everybody = [walk.person(turned=each, frame=i) for i, each in enumerate((*turned, 0.01, 0.01))]
-    looks = iter(everybody)
-    monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
-    assert people(video, QUIET)[0].frame == which
-
-
-def test_a_doubted_look_does_not_count_however_well_it_tells_the_facing(walk, video, monkeypatch):
-    spread = np.full(len(walk.q), 2.0 * DOUBTED)
-    doubted = walk.person(turned=0.3, frame=2)
-    doubted = replace(doubted, outline=replace(doubted.outline, spread=spread))
-    one = walk.person(turned=0.9 * CLEARLY, frame=1)
-    looks = iter([one, doubted, *[one] * 3])
-    monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
-    assert people(video, QUIET)[0].frame == 1
-
-
-def test_of_a_person_whose_joints_are_spread_the_look_that_is_clear_counts(walk, video, monkeypatch):
-    spread = walk.person(turned=0.3, frame=1)
-    spread = replace(
-        spread, outline=replace(spread.outline, spread=np.full(len(walk.q), 0.5 * (NARROW + DOUBTED)))
-    )
-    looks = iter([spread, walk.person(turned=0.2, frame=2)])
+    seen = zip((*turned, 0.01, 0.01, 0.01), (*spreads, 0.0, 0.0, 0.0), strict=True)
+    looks = (spread(walk.person(turned=t, frame=i), by) for i, (t, by) in enumerate(seen))
     monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
     (found,) = people(video, QUIET)
-    assert (found.frame, found.turned) == (2, 0.2)
+    assert (found.frame, found.turned) == (which, turned[which])
 
 
 @pytest.fixture
@@ -208,13 +196,9 @@ def test_a_walker_without_colours_is_found(walk, grey):
 
 def on_the_spot(walk):
     """The same with the hip at rest before a scene at rest."""
-    by = np.rint(walk.hips[:, 0] - walk.hips[MIDDLE, 0]).astype(int)
-    images, cover = (
-        np.stack([np.roll(each, -x, axis=1) for each, x in zip(what, by, strict=True)])
-        for what in (walk.images, walk.cover[..., None])
-    )
-    still = walk.scene[BORDER:-BORDER, BORDER:-BORDER]
-    return np.rint(cover * images + (1.0 - cover) * still).astype(np.uint8)
+    spot, still = walk.on_the_spot(), walk.scene[BORDER:-BORDER, BORDER:-BORDER]
+    cover = spot.cover[..., None]
+    return np.rint(cover * spot.images + (1.0 - cover) * still).astype(np.uint8)
 
 
 def test_of_who_walks_on_the_spot_about_the_joints_are_suggested_and_no_limb_is_a_person(walk, tmp_path):
@@ -293,35 +277,31 @@ def test_people_of_a_part_have_the_numbers_that_they_have_in_the_film(walk, vide
     assert start_of([one, other], Following(person=1), video, [third]).frame == 12
 
 
-def test_a_facing_that_is_not_sure_is_no_start(walk, video):
-    one = walk.person(turned=0.9 * TURNED)
-    with pytest.raises(FoundError, match=f"not sure which way the figure faces in frame {MIDDLE}") as said:
-        start_of([one], Following(), video)
-    assert said.value.suggested[MIDDLE].keys() == set(WALKER.joints)
-    assert start_of([walk.person(turned=1.1 * TURNED)], Following(), video).facing == 1
-
-
-def test_a_pose_that_no_body_has_is_no_start(walk, video):
-    one = walk.person()
+def bent(one):
+    """The person in a pose that no body has."""
     joints = one.outline.joints.copy()
     joints[:, WALKER.joints.index("near_ankle")] += (0.0, 60.0)
-    bent = replace(one, outline=replace(one.outline, joints=joints))
-    with pytest.raises(FoundError, match=r"pose found in frame 16 may be wrong: .*; mark its joints") as said:
-        start_of([bent], Following(), video)
-    assert MIDDLE in said.value.suggested
+    return replace(one, outline=replace(one.outline, joints=joints))
 
 
-def test_an_outline_that_leaves_much_uncovered_is_no_start(walk, video):
-    def spread(of):
-        one = walk.person()
-        return replace(one, outline=replace(one.outline, spread=np.full_like(one.outline.spread, of)))
+@pytest.mark.parametrize(
+    ("doubted", "said"),
+    [
+        (lambda one: replace(one, turned=0.9 * TURNED), "not sure which way the figure faces in frame 16"),
+        (bent, "pose found in frame 16 may be wrong: .*; mark its joints"),
+        (lambda one: spread(one, 1.1 * DOUBTED), "found in frame 16 may be wrong: much that stands out"),
+    ],
+    ids=["facing", "pose", "outline"],
+)
+def test_who_is_doubted_is_no_start(doubted, said, walk, video):
+    with pytest.raises(FoundError, match=said) as caught:
+        start_of([doubted(walk.person())], Following(), video)
+    assert caught.value.suggested[MIDDLE].keys() == set(WALKER.joints)
 
-    with pytest.raises(
-        FoundError, match=r"pose found in frame 16 may be wrong: much that stands out"
-    ) as said:
-        start_of([spread(1.1 * DOUBTED)], Following(), video)
-    assert MIDDLE in said.value.suggested
-    assert start_of([spread(0.9 * DOUBTED)], Following(), video).frame == MIDDLE
+
+def test_who_is_just_sure_enough_is_a_start(walk, video):
+    start = start_of([spread(walk.person(turned=1.1 * TURNED), 0.9 * DOUBTED)], Following(), video)
+    assert (start.frame, start.facing) == (MIDDLE, 1)
 
 
 def test_the_nearer_leg_may_be_given(walk, video):

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from kinematics.recover import start_pose
 from tests.benchmarks.evaluation.spoiled import twins
 from tests.kinematics.figures import WALKER
-from tests.tracker.clips import figtrack, read_json, refused, write_table
+from tests.tracker.clips import figtrack, points_of, read_json, refused, write_table
 from tests.tracker.tracks import random_track
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -30,9 +30,7 @@ ALONE = ("--no-templates", "--quiet")
 @pytest.fixture(scope="module")
 def true_points(clip):
     """The rendered clip's true joints."""
-    names = tuple(clip.joints)
-    places = np.stack([clip.joints[name] for name in names], axis=1)
-    return Points(names, places, np.ones(places.shape[:2]))
+    return points_of(clip.joints)
 
 
 @pytest.fixture
@@ -48,7 +46,7 @@ def measured(tmp_path):
 
 @pytest.fixture(scope="module")
 def start(clip):
-    return start_pose(WALKER, {name: tuple(at[0]) for name, at in clip.joints.items()}, 1)
+    return start_at(clip, 0)
 
 
 def exchanged(points, frames):

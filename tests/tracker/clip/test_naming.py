@@ -3,17 +3,14 @@
 import numpy as np
 import pytest
 
-from tests.tracker.clips import write_video
+from tests.tracker.clip.filmed import as_video
 from tests.tracker.outline.films import FRAMES, MIDDLE, WALKER, a_walk, film
 from tracker.clip.naming import borne_out, marks_of, start_from, sure_of_leg
-from videos.frames import Video
 
 
 @pytest.fixture(scope="module")
 def video(tmp_path_factory):
-    path = tmp_path_factory.mktemp("walk") / "film.mp4"
-    write_video(path, a_walk().images)
-    return Video(path)
+    return as_video(a_walk().images, tmp_path_factory.mktemp("walk"))
 
 
 def near_knees(one):
@@ -39,15 +36,13 @@ def test_what_the_outline_heard_counts_too(video):
 
 def test_a_film_at_a_frame_rate_without_a_learned_model_is_heard_too(tmp_path):
     slow = a_walk().part(np.repeat(np.arange(FRAMES), 4))
-    write_video(tmp_path / "film.mp4", slow.images, fps=300)
-    assert borne_out(slow.person(4 * MIDDLE, named=0.5), Video(tmp_path / "film.mp4")).outline.named > 1.0
+    heard = borne_out(slow.person(4 * MIDDLE, named=0.5), as_video(slow.images, tmp_path, fps=300))
+    assert heard.outline.named > 1.0
 
 
 def test_legs_that_look_the_same_stay_unsure(tmp_path):
     alike = film(np.random.default_rng(4), alike=True)
-    write_video(tmp_path / "film.mp4", alike.images)
-    heard = borne_out(alike.person(named=0.0), Video(tmp_path / "film.mp4"))
-    assert not sure_of_leg(heard)
+    assert not sure_of_leg(borne_out(alike.person(named=0.0), as_video(alike.images, tmp_path)))
 
 
 def test_a_start_has_the_marks_of_its_person():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.clip.test_outlines import written
+from tests.tracker.clip.filmed import written
 from tests.tracker.outline.films import UNIT, film
 from tracker.clip.follow import follow
 from tracker.clip.found import people

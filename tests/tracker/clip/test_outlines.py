@@ -8,13 +8,13 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import expit
 
-from tests.tracker.clips import write_table, write_video
+from tests.tracker.clip.filmed import written
 from tests.tracker.outline import films
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
 from tracker.clip import outlines, part, staged
 from tracker.clip.follow import follow, motions_of
-from tracker.clip.job import Found, Job, Nearer
+from tracker.clip.job import Found, Nearer
 from tracker.clip.lazily import Lazily
 from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look, outlined
 from tracker.clip.plan import prepare
@@ -24,25 +24,16 @@ from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.progress import Progress
 from tracker.run.track import FREE
 from tracker.settings import Settings
-from tracker.tables.keypoints import Mark, read_keypoints
+from tracker.tables.keypoints import Mark
 
 QUIET = Progress("quiet")
 WIDTH = 160  # of the film: at its end the walker is partly out of sight
 
 
-def written(folder, images, joints, frame=MIDDLE):
-    """The job of a film of these images with its walker marked in a frame."""
-    write_video(folder / "walk.mp4", images)
-    marks = zip(WALKER.joints, joints[frame], strict=True)
-    write_table(folder / "walk.csv", [(frame, name, *place, 1) for name, place in marks])
-    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), model="cv", facing=1)
-
-
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
     """The film with its middle frame marked."""
-    images = np.ascontiguousarray(a_walk().images[:, :, :WIDTH])
-    return written(tmp_path_factory.mktemp("film"), images, a_walk().joints)
+    return written(tmp_path_factory.mktemp("film"), a_walk().images[:, :, :WIDTH], a_walk().joints)
 
 
 def as_seen(plan):

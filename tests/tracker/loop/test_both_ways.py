@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from dynamics.gaussian import Gaussian
 from tests.kinematics.figures import WALKER, upright
+from tests.oracles import assert_gaussian, mixture
 from tests.tracker.painted import STRIDE
 from tracker.loop import both_ways as passage_module
 from tracker.loop.both_ways import Passage, between_anchors, prolong
@@ -42,12 +43,9 @@ def test_an_average_speaks_as_the_nearer():
 
 def test_an_average_has_the_moments_of_the_mixture_of_the_two():
     ways = [[estimate(0.0, spread=0.001)] * 3, [estimate(0.2, spread=0.004)] * 3]
+    means, covs = zip(*((way[0].pose.mean, way[0].pose.cov) for way in ways), strict=True)
     for k, found in enumerate(between_anchors(TRACKER, *ways), start=1):
-        parts = list(zip((1.0 - k / 4, k / 4), (way[0].pose for way in ways), strict=True))
-        mean = sum(share * pose.mean for share, pose in parts)
-        square = sum(share * (pose.cov + np.outer(pose.mean, pose.mean)) for share, pose in parts)
-        assert_allclose(found.pose.mean, mean)
-        assert_allclose(found.pose.cov, square - np.outer(mean, mean), atol=1e-12)
+        assert_gaussian(found.pose, mixture((1.0 - k / 4, k / 4), means, covs), atol=1e-12)
 
 
 def test_ways_that_see_the_figure_in_the_same_pixels_agree_wherever_they_have_the_scene():
@@ -101,33 +99,22 @@ def picture(number):
     return np.full((1, 1), number)
 
 
+def followed(step, numbers):
+    """Estimates of pictures without anchors."""
+    passage = Passage(SimpleNamespace(step=step), other=None, anchors={}, way=1, span=None, smooth=None)
+    first, *images = map(picture, numbers)
+    return list(passage.run(0, 0, estimate(0), first, images))
+
+
 def test_where_a_picture_repeats_nothing_has_moved_unless_it_stays_for_long():
-    passage = Passage(
-        tracker=SimpleNamespace(step=lambda state, *_: (state + 1, estimate(state + 1))),
-        other=None,
-        anchors={},
-        way=1,
-        span=None,
-        smooth=None,
-    )
-    first, *images = map(picture, [0, 1, 1, 2, 3, 3, 3, 3, 3, 3, 3])
-    raw = list(passage.run(0, 0, estimate(0), first, images))
+    raw = followed(lambda state, *_: (state + 1, estimate(state + 1)), [0, 1, 1, 2, 3, 3, 3, 3, 3, 3, 3])
     assert places(raw) == [0, 1, 1, 2, 3, 3, 3, 3, 3, 4, 5]
     assert [each.repeats for each in raw] == [False] * 2 + [True] + [False] * 2 + [True] * 4 + [False] * 2
 
 
 def test_who_is_found_again_is_so_once_though_the_picture_repeats():
     again = estimate(outcome=Outcome.FOUND)
-    passage = Passage(
-        tracker=SimpleNamespace(step=lambda state, *_: (state, again)),
-        other=None,
-        anchors={},
-        way=1,
-        span=None,
-        smooth=None,
-    )
-    first, *images = map(picture, [0, 1, 1, 1])
-    raw = list(passage.run(0, 0, estimate(0), first, images))
+    raw = followed(lambda state, *_: (state, again), [0, 1, 1, 1])
     assert [each.outcome for each in raw[1:]] == [Outcome.FOUND, Outcome.OK, Outcome.OK]
 
 

@@ -9,38 +9,17 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_t
 
 from dynamics.gaussian import Gaussian, transpose
+from kinematics.sides import other_side
 from kinematics.spm import View, joint_jacobian, joints
 from tests.kinematics.figures import ARMS, FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
+from tests.tracker.loop.walks import NAMES, detected, pixels_of
 from tests.tracker.painted import FULL, STRIDE, VIEW
 from tracker.loop.detections import EXCHANGED, FARTHEST, FREEDOM, Detections, Detector
 from tracker.registration.field import Likelihood
 
-NAMES = ("head_top", "neck", "hip", "near_knee", "near_ankle", "near_toe", "far_knee", "far_ankle", "far_toe")
 D = len(WALKER.freedoms)
 NETWORK = Detector(WALKER, VIEW, FULL)
-LEGS_OF = {"near": "far", "far": "near"}
-
-
-def pixels_of(q, view=VIEW, figure=WALKER):
-    """Joint to pixels, by the definition alone."""
-    return {
-        name: np.asarray(view.origin) + at * np.array([view.facing * view.unit, -view.unit])
-        for name, at in Puppet(figure, q).joints().items()
-    }
-
-
-def detected(q, *, names=NAMES, without=(), view=VIEW, swap=False):
-    """The joints of a pose as a network would give them without error."""
-    at = pixels_of(q, view)
-    named = {name: at[other_leg(name) if swap else name] for name in names}
-    return Detections.of(WALKER, names, np.array([[np.nan] * 2 if n in without else named[n] for n in names]))
-
-
-def other_leg(name):
-    """The same joint of the other leg."""
-    side, _, part = name.partition("_")
-    return f"{LEGS_OF[side]}_{part}" if side in LEGS_OF else name
 
 
 def namings(detector, found, prior):
@@ -54,7 +33,7 @@ def ways_of(found):
     names = [WALKER.joints[j] for j in found.joint]
     ways = [
         names,
-        [other_leg(name) for name in names],
+        [other_side(name) for name in names],
         [name.replace("far_", "near_") for name in names],
         [name.replace("near_", "far_") for name in names],
     ]
@@ -127,19 +106,9 @@ def test_doubted_points_are_those_of_a_wider_spread(rng):
         assert_allclose(got, want, rtol=1e-12)
 
 
-def test_a_joint_without_a_point_measures_nothing():
-    found = detected(STRIDE, without=("far_knee", "far_ankle", "far_toe"))
-    told, *_ = namings(NETWORK, found, prior_about(STRIDE))
-    spread = np.diag(told.information[0])
-    far = [WALKER.index(name) for name in ("hip_far", "knee_far")]
-    near = [WALKER.index(name) for name in ("hip_near", "knee_near")]
-    assert_array_equal(spread[far], 0.0)
-    assert (spread[near] > 100.0).all()
-
-
-def evidence(way, prior, settings, freedoms, reach, steps=13):
+def evidence(way, prior, settings, freedoms):
     """Minus the log of the points' probability, summed over a grid of two freedoms; the others are known."""
-    grid = np.linspace(-reach, reach, steps)
+    grid = np.linspace(-0.16, 0.16, 13)
     total = 0.0
     floor = minus_log_density(prior.mean[0], way, prior, settings=settings)
     for a in grid:
@@ -167,9 +136,7 @@ def test_names_are_weighed_as_the_sum_over_all_poses_weighs_them(exchange, one_l
         spread = np.linalg.slogdet(np.eye(D) + prior.cov[0] @ told.information[0])[1]
         costs.append(told.cost[0] + 0.5 * away @ (away / sd**2) + 0.5 * spread)
     rare = [exchange, one_leg / 2.0, one_leg / 2.0]
-    want = [evidence(way, prior, settings, free, 0.16) for way in ways_of(found)] - np.log(
-        [1.0 - sum(rare), *rare]
-    )
+    want = [evidence(way, prior, settings, free) for way in ways_of(found)] - np.log([1.0 - sum(rare), *rare])
     # A Student t is a Gaussian only at its mode: about a tenth of a nat here.
     assert_allclose(np.subtract(costs, costs[0]), want - want[0], atol=0.15)
     assert np.ptp(want) > 0.5

@@ -11,7 +11,7 @@ from dynamics.kalman import predict
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE
 from kinematics.recover import Start
-from tests.oracles import condition
+from tests.oracles import condition, mixture
 from tests.tracker.loop.walks import WHOLE, Walk, field_of, run
 from tests.tracker.painted import FULL, placed
 from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin
@@ -75,17 +75,12 @@ def stepped(
     return after, registrations
 
 
-def mixture(tracker: Tracker, hypotheses: list[Hypothesis]) -> tuple[np.ndarray, Gaussian]:
+def merged(tracker: Tracker, hypotheses: list[Hypothesis]) -> tuple[np.ndarray, Gaussian]:
     """Weights, and the moments of the pose over all hypotheses."""
-    cost = np.array([h.cost for h in hypotheses])
+    cost, C = np.array([h.cost for h in hypotheses]), tracker.slds.C
     weights = np.exp(cost.min() - cost) / np.exp(cost.min() - cost).sum()
-    C = tracker.slds.C
-    mean = sum(w * (C @ h.mean) for w, h in zip(weights, hypotheses, strict=True))
-    cov = np.zeros((len(C), len(C)))
-    for w, h in zip(weights, hypotheses, strict=True):
-        apart = C @ h.mean - mean
-        cov += w * (C @ h.cov @ C.T + np.outer(apart, apart))
-    return weights, Gaussian(mean + tracker.offset, cov)
+    pose = mixture(weights, [C @ h.mean for h in hypotheses], [C @ h.cov @ C.T for h in hypotheses])
+    return weights, Gaussian(pose.mean + tracker.offset, pose.cov)
 
 
 def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
@@ -95,7 +90,7 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
     beside = (-9.0, -9.0, -1.0, -1.0)
     state = replace(state, backdrop=first_backdrop(walk.images[-1], beside, tracker.view.unit, state.curve))
     hypotheses = began(tracker, walk.start)
-    _, pose = mixture(tracker, hypotheses)
+    _, pose = merged(tracker, hypotheses)
     # Both invert covariances whose axes differ by up to 1e6 in size: 1e6 * 2e-16 a step, a search between.
     assert_allclose(estimate.pose.mean, pose.mean, atol=1e-8)
     for image in walk.images[1:frames]:
@@ -103,7 +98,7 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
         state, estimate = tracker.step(state, image)
         field = field_of(tracker, old, state, image)
         hypotheses, found = stepped(tracker, field, hypotheses)
-        weights, pose = mixture(tracker, hypotheses)
+        weights, pose = merged(tracker, hypotheses)
         assert_allclose(state.belief.weights, weights, atol=1e-6)
         assert_allclose(estimate.pose.mean, pose.mean, atol=1e-7)
         assert_allclose(estimate.pose.cov, pose.cov, atol=1e-6 * pose.cov.max())

@@ -92,15 +92,6 @@ def test_the_leg_that_was_hidden_is_found_again(passing):
     assert away.max() < 2.0  # pixels; half a pixel where registration is weak and a prior stronger
 
 
-def test_where_nothing_matches_the_figure_is_lost_and_templates_are_kept(rng):
-    _, tracker, state, _ = begun(rng)
-    height, width = 190, 180
-    blocks = rng.integers(0, 2, (height // 5, width // 5, 3)) * 255
-    after, estimate = tracker.step(state, np.kron(blocks, np.ones((5, 5, 1))).astype(np.uint8))
-    assert estimate.outcome == "lost"
-    assert after.templates is state.templates
-
-
 def test_a_figure_that_left_the_frame_is_outside_and_templates_are_kept(rng):
     painted, tracker, state, _ = begun(rng)
     mean = state.belief.states.mean.copy()

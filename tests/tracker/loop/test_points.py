@@ -8,13 +8,13 @@ from numpy.testing import assert_allclose
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
+from kinematics.sides import other_side
 from kinematics.spm import joint_jacobian, joints
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
 from tests.kinematics.figures import WALKER, upright
-from tests.tracker.loop.test_detections import detected, other_leg
-from tests.tracker.loop.walks import begun, start_of
+from tests.tracker.clips import points_of
+from tests.tracker.loop.walks import begun, detected, start_of
 from tests.tracker.painted import STRIDE
-from tracker.foreign.points import Points
 from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
 from tracker.loop.outcome import Outcome
@@ -37,9 +37,7 @@ def walk():
 
 @pytest.fixture(scope="module")
 def true_points(walk):
-    names = tuple(walk.joints)
-    places = np.stack([walk.joints[name] for name in names], axis=1)
-    return Points(names, places, np.ones(places.shape[:2]))
+    return points_of(walk.joints)
 
 
 def tracker_of(walk, settings=ALONE, model="walk-run"):
@@ -89,7 +87,7 @@ def exchanged_frames(walk, rows):
     out = []
     for t in range(1, FRAMES):
         told = sum(np.hypot(*(rows[t][n] - walk.joints[n][t])) for n in legs)
-        twin = sum(np.hypot(*(rows[t][n] - walk.joints[other_leg(n)][t])) for n in legs)
+        twin = sum(np.hypot(*(rows[t][n] - walk.joints[other_side(n)][t])) for n in legs)
         if twin < told - 0.1 * 4 * walk.leg_px:
             out.append(t)
     return out
@@ -164,14 +162,13 @@ def test_points_of_a_picture_that_a_moving_camera_shifted_are_where_it_shows_the
     assert error(moved, rows) < 0.03
 
 
-def test_what_agrees_with_the_points_is_not_lost_though_no_template_matches(rng):
+def test_where_no_template_matches_the_figure_is_lost_unless_it_agrees_with_the_points(rng):
     _, tracker, state, _ = begun(rng)
     blocks = np.kron(rng.integers(0, 2, (38, 36, 3)) * 255, np.ones((5, 5, 1))).astype(np.uint8)
-    _, alone = tracker.step(state, blocks)
-    after, told = tracker.step(state, blocks, detected(STRIDE))
-    assert alone.outcome == "lost"
-    assert told.outcome == "ok"
-    assert after.templates is state.templates
+    for found, outcome in ((None, "lost"), (detected(STRIDE), "ok")):
+        after, estimate = tracker.step(state, blocks, found)
+        assert estimate.outcome == outcome
+        assert after.templates is state.templates
     assert tracker.step(state, blocks, detected(STRIDE, without=("neck",)))[1].outcome == "hidden"
     assert tracker.step(replace(state, outcome=Outcome.LOST), blocks, detected(STRIDE))[1].outcome == "found"
     elsewhere = detected(STRIDE)

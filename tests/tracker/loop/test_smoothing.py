@@ -85,15 +85,6 @@ def test_a_picture_that_repeats_adds_nothing_to_what_is_known_of_the_others(rng)
         assert_array_equal(one.pose.cov, other.pose.cov)
 
 
-def test_smoothing_is_surer_than_filtering_and_ends_where_it_ends(rng):
-    slds = random_slds(1, order=2, rng=rng)
-    estimates = filtered(slds, sample(slds, 30, rng)[2])
-    found = list(smoothed(tracker_of(slds), estimates))
-    before, after = (np.array([np.trace(e.pose.cov) for e in es]) for es in (estimates, found))
-    assert (after[:-1] < 1.01 * before[:-1]).all()
-    assert after[:10].sum() < 0.95 * before[:10].sum()
-
-
 def test_no_more_than_a_window_is_kept_waiting(rng):
     slds = random_slds(1, rng=rng)
     estimates = filtered(slds, sample(slds, 100, rng)[2])

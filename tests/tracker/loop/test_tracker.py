@@ -110,7 +110,7 @@ def test_ankles_stretches_and_size_drift_as_far_in_a_second_at_any_frame_rate(fp
     assert_allclose(np.sqrt(spread), np.radians(FULL.ankle), rtol=1e-9)
 
 
-def test_templates_are_renewed_as_fast_in_a_second_at_any_frame_rate(walk, monkeypatch):
+def test_two_frames_at_sixty_a_second_renew_templates_as_one_at_thirty_or_fewer(walk, monkeypatch):
     shares = []
     monkeypatch.setattr(
         Templates, "refreshed", lambda self, seen, trust, blend, offset: shares.append(blend) or self

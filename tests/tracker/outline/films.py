@@ -15,13 +15,14 @@ from kinematics.spm import View, joints, skeleton
 from tracker.outline.cycles import PHASES, Cycles, at_phases, poses
 from tracker.outline.fit import Outline
 from tracker.outline.person import Person, seen_figure
-from tracker.outline.shape import Shape
+from tracker.outline.shape import Grid, Shape
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING, UNITS
 
 WALKER = seen_figure()
 SHAPE = Shape.of(WALKER)
 CYCLES = Cycles.load()
+GRID = Grid((-1.2, 1.2), 24.0, (60, 60))  # around a figure
 WALK = 4  # among the cycles
 FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.runs)))  # for speed
 FRAMES, SIZE, UNIT, FPS = 32, (240, 160), 40.0, 30.0
@@ -185,6 +186,16 @@ def film(rng, *, frames=FRAMES, camera=(0.0, 0.0, 0.0, 0.0), alike=False, walker
     )
 
 
+def blobs(rng, count):
+    """(count, *GRID.shape) log odds that go evenly up and down."""
+    noise = rng.normal(size=(count, *GRID.shape)).astype(np.float32)
+    return np.stack([10.0 * cv2.GaussianBlur(each, (0, 0), 3.0) for each in noise])
+
+
+def random_poses(rng, count):
+    return rng.normal(size=(count, len(WALKER.freedoms))) * 0.15
+
+
 def rolled(pictures, right):
     """Each picture moved so many pixels, what leaves it on the other side."""
     return np.stack([np.roll(each, x, axis=1) for each, x in zip(pictures, right, strict=True)])
@@ -267,5 +278,5 @@ def _layer(q, body, cloths):
 
 
 def enlarged(stage, by):
-    """The same log odds where the scene is told in a frame in which all is so many times as large."""
+    """The same film or stage where the scene is told in a frame in which all is so many times as large."""
     return replace(stage, places=np.diag([by, by, 1.0]) @ stage.places)

@@ -57,8 +57,8 @@ def test_a_path_begins_where_its_walker_appears_and_ends_where_the_walker_is_gon
     assert abs(path.last - 27) <= 1
 
 
-def test_two_who_walk_apart_are_two_paths(walk, rng):
-    left, right = (walk.shifted(by).part(slice(8, 28)) for by in (-44, 44))
+def test_two_who_walk_apart_are_two_paths(two, rng):
+    left, right = two
     found = found_in(left.behind(right).stage(rng))
     assert len(found) == 2
     assert found[0].score.sum() >= found[1].score.sum()
@@ -67,8 +67,8 @@ def test_two_who_walk_apart_are_two_paths(walk, rng):
 
 
 @pytest.mark.parametrize("by", [0.5, 2.0])
-def test_the_same_two_are_found_whatever_the_size_of_the_first_frame(by, walk, rng):
-    left, right = (walk.shifted(by).part(slice(8, 28)) for by in (-44, 44))
+def test_the_same_two_are_found_whatever_the_size_of_the_first_frame(by, two, rng):
+    left, right = two
     stage = left.behind(right).stage(rng)
     for found, same in zip(found_in(stage), found_in(enlarged(stage, by)), strict=True):
         np.testing.assert_allclose(same.hips, found.hips, atol=1e-6)

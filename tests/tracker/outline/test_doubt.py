@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.tracker.outline.test_shape import GRID, SHAPE, blobs, random_poses
+from tests.tracker.outline.films import GRID, SHAPE, blobs, random_poses
 from tracker.outline.doubt import AGAINST, ALL, COVERED, LITTLE, in_standard_errors, spread
 
 OUT, NOT_OUT = 3.0, -3.0  # nats

@@ -10,14 +10,6 @@ from tracker.outline.bodies import Path
 from tracker.outline.others import ABOVE, BESIDE, path_of, without_others
 from tracker.survey.evidence import NOTHING
 
-PART = slice(8, 28)
-
-
-@pytest.fixture
-def two(walk):
-    """Who walk apart."""
-    return [walk.shifted(by).part(PART) for by in (-44, 44)]
-
 
 def path(walker, first=0):
     hips, units = walker.hips[first:], walker.units[first:]

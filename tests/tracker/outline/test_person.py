@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import FEW, SIZE, UNIT, WALKER, a_walk
+from tests.tracker.outline.films import FEW, SIZE, UNIT, WALKER, a_walk, enlarged
 from tracker.clip.found import TURNED
 from tracker.outline import person as outlines
 from tracker.outline.bodies import Path
@@ -106,21 +106,15 @@ def test_who_is_seen_before_and_after_a_path_is_followed_there_too(alone, walk, 
     assert apart(film.joints)[found.frame] > 0.9 * apart(film.joints[sure]).max()
 
 
-def test_who_steps_on_the_spot_goes_nowhere(walk, rng):
+@pytest.mark.parametrize("by", [0.3, 1.0, 3.0])
+def test_who_steps_on_the_spot_goes_nowhere_whatever_the_size_of_the_first_frame(by, walk, rng):
     """The scene moves under a walker who stays: a treadmill, or a camera that goes along."""
     film = walk.part(slice(4, 28))
     spot = film.on_the_spot(12)
     assert np.ptp(spot.hips[:, 0]) < GOES * UNIT < np.ptp(film.hips[:, 0])
-    found = found_in(spot, rng)
-    assert (found.facing, found.direction) == (1, 0)
-
-
-@pytest.mark.parametrize("by", [0.3, 3.0])
-def test_how_far_somebody_goes_is_told_whatever_the_size_of_the_first_frame(by, walk, rng):
-    film = walk.part(slice(4, 28))
-    for each, direction in ((film, 1), (film.on_the_spot(12), 0)):
-        moved = replace(each, places=np.diag([by, by, 1.0]) @ each.places)
-        assert found_in(moved, rng).direction == direction
+    for each, direction in ((film, 1), (spot, 0)):
+        found = found_in(enlarged(each, by), rng)
+        assert (found.facing, found.direction) == (1, direction)
 
 
 def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(walk):

@@ -1,26 +1,13 @@
-import cv2
 import numpy as np
 import pytest
 
-from kinematics.figure_file import load_figure
 from kinematics.spm import skeleton
 from tests.oracles import central_difference
+from tests.tracker.outline.films import GRID, SHAPE, WALKER, blobs, random_poses
 from tracker.outline.rasters import SURE, _span, _window
-from tracker.outline.shape import ARM_SHARE, SOFT, Grid, Shape, arms_worth
+from tracker.outline.shape import ARM_SHARE, SOFT, Grid, arms_worth
 
-WALKER = load_figure()
-SHAPE = Shape.of(WALKER)
 assert SHAPE.bars[:, 4].any()  # some bars lie beside their links
-GRID = Grid((-1.2, 1.2), 24.0, (60, 60))
-
-
-def blobs(rng, count):
-    noise = rng.normal(size=(count, *GRID.shape)).astype(np.float32)
-    return np.stack([10.0 * cv2.GaussianBlur(each, (0, 0), 3.0) for each in noise])
-
-
-def random_poses(rng, count):
-    return rng.normal(size=(count, len(WALKER.freedoms))) * 0.15
 
 
 def member(bar, bones, link, place):

@@ -55,11 +55,11 @@ def noise_picture(rng, spread=10.0):
     return rng.normal(128.0, spread, (HEIGHT, WIDTH, 3)).astype(np.float32)
 
 
-def noise_scenery(rng, step=7, corner=(3, 5)):
+def noise_scenery(rng):
     """How much a picture differs from what lies behind, of which the level is the part from a corner on."""
-    size = -(-(HEIGHT + corner[1]) // step), -(-(WIDTH + corner[0]) // step)
+    step, (x, y) = 7, (3, 5)
+    size = -(-(HEIGHT + y) // step), -(-(WIDTH + x) // step)
     differs, around = rng.uniform(0.0, 3.0, (2, *size)).astype(np.float32)
-    x, y = corner
     return NOWHERE._replace(differs=differs, around=around, step=step, corner_x=x, corner_y=y)
 
 

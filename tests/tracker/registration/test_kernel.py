@@ -1,4 +1,4 @@
-"""Templates laid on a picture: against a slow twin, what is read from pictures, and the light of links."""
+"""Templates laid on a picture: against a slow twin, what is read and hidden, and the light of links."""
 
 import os
 import subprocess
@@ -17,7 +17,6 @@ from tests.tracker.registration.kernel_twin import (
     HEIGHT,
     PLAIN,
     ROBUST,
-    SINGLE,
     VIEW,
     WIDTH,
     check,
@@ -123,37 +122,6 @@ def test_the_light_of_a_link_is_the_upper_middle_of_its_residuals(visible, rng):
         assert found.offset[0, 0, c] == ranked[visible // 2]
 
 
-@pytest.mark.parametrize("light", [-60.0, 25.0])
-def test_light_that_falls_on_a_link_within_limits_changes_nothing_but_its_offset(light, rng):
-    points, planes = scattered(WALKER, rng), noise_picture(rng)
-    q = random_pose(WALKER, rng, size=0.1)[None]
-    wide = ROBUST._replace(light=abs(light) + 20.0)
-    dark, lit = (laid(WALKER, q, points, picture, wide) for picture in (planes, planes + np.float32(light)))
-    assert_allclose(lit.offset, dark.offset + light, atol=1e-4)
-    for name in ("mean", "match"):
-        assert_allclose(getattr(lit, name), getattr(dark, name), **SINGLE)
-    blind = [laid(WALKER, q, points, picture, PLAIN).mean for picture in (planes, planes + np.float32(light))]
-    assert blind[1] > 1.5 * blind[0]
-
-
-@pytest.mark.parametrize("light", [-60.0, 45.0])
-def test_light_beyond_the_limits_stays_in_the_residuals(light, rng):
-    points = scattered(WALKER, rng)
-    points = points._replace(colours=np.full_like(points.colours, 128.0))
-    common = np.array([-8.0, 3.0, 7.0])
-    planes = np.full((HEIGHT, WIDTH, 3), 128.0 + light, np.float32)
-    noise = ROBUST._replace(in_sight=np.inf)  # every link is
-    found = laid(WALKER, upright(WALKER)[None], points._replace(light=common), planes, noise)
-    taken = common + np.sign(light) * ROBUST.light
-    seen = found.match[0] > 0
-    many = [(seen & (link_of(points) == i)).sum() >= ROBUST.fewest for i in range(len(WALKER.links))]
-    assert_allclose(found.offset[0][many], np.tile(taken, (sum(many), 1)), atol=1e-5)
-    clear = seen & np.array(many)[link_of(points)]
-    square = ((light - taken) ** 2).sum() / (3.0 * ROBUST.variance)
-    assert clear.any()
-    assert_allclose(found.match[0, clear], 1.0 / (1.0 + square / ROBUST.scale), rtol=1e-5)
-
-
 @pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
 def test_pull_and_moments_are_those_of_the_differenced_residuals(facing, rng):
     picture = rng.integers(0, 256, (HEIGHT, WIDTH, 3)).astype(np.uint8)
@@ -177,6 +145,46 @@ def test_pull_and_moments_are_those_of_the_differenced_residuals(facing, rng):
     want = J.T @ (W * J)
     assert_allclose(information, want, atol=0.05 * want.max())
     assert (np.diag(want) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("width", "taper", "hip"), [(1.4, 0.1, 1.4), (0.2, 6.0, 0.45)], ids=["at its start", "at its tip"]
+)
+def test_a_link_hides_what_its_broader_end_reaches(width, taper, hip, rng):
+    i, far = WALKER.link_of("near_knee"), WALKER.link_of("far_ankle")
+    links = list(WALKER.links)
+    links[i] = replace(links[i], width=width, taper=taper)
+    figure = replace(WALKER, links=tuple(links))
+    points = scattered(figure, rng)
+    mine = link_of(points) == far
+    # About the far knee, which the thigh covers with its broader end alone.
+    points = points._replace(
+        along=np.where(mine, 0.02, points.along), across=np.where(mine, 0.0, points.across)
+    )
+    found = check(figure, upright(figure, hip_far=hip)[None], points, noise_picture(rng), ROBUST)
+    assert found.inside[0, mine].all()
+    assert not found.match[0, mine].any()
+
+
+def test_a_figure_wholly_out_of_the_picture_comes_to_nothing(rng):
+    found = laid(
+        WALKER, upright(WALKER, root_x=90.0)[None], scattered(WALKER, rng), noise_picture(rng), ROBUST
+    )
+    for part in found:
+        assert not part.any()
+
+
+def test_a_link_that_matches_too_badly_is_out_of_sight_and_pulls_at_nothing(rng):
+    points, planes = scattered(WALKER, rng), noise_picture(rng, spread=1.0)
+    thigh = link_of(points) == WALKER.link_of("near_knee")
+    colours = np.where(thigh[:, None], points.colours + rng.normal(0.0, 150.0, points.colours.shape), 128.0)
+    points = points._replace(colours=colours.astype(np.float32))
+    found = check(WALKER, upright(WALKER, hip_far=-0.8)[None], points, planes, ROBUST)
+    i = WALKER.link_of("near_knee")
+    assert not found.match[0, thigh].any()
+    assert not found.moments[0, i].any()
+    assert found.moments[0, WALKER.link_of("near_ankle")].any()
+    assert found.mean[0] > 0.5  # it is still paid for
 
 
 INTERRUPTED = """

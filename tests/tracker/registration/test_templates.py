@@ -18,7 +18,6 @@ from tests.tracker.painted import (
     Painted,
     covered,
     levels_of,
-    outline,
     placed,
 )
 from tracker.registration.templates import ALIKE, ELSEWHERE, ENOUGH, RIM_WEIGHT, Templates, cut
@@ -315,18 +314,3 @@ def test_templates_just_cut_have_their_own_light_and_those_that_lie_nobody_knows
     assert not cut(WALKER, VIEW, STRIDE, levels, FULL).strange.any()
     assert not templates.alike.any()
     assert templates.place.shape == (len(templates.link), 2)
-
-
-def test_a_template_cut_from_a_painted_link_is_its_cloth(rng):
-    painted = Painted(rng)
-    templates = cut(WALKER, VIEW, STRIDE, levels_of(painted.picture(STRIDE)), BARE)
-    body = placed(WALKER, STRIDE, templates)
-    i = WALKER.link_of("near_knee")
-    own = templates.link == i
-    place, within = outline(WALKER, STRIDE, i, body[own])
-    cloth = painted.cloths[i](place)
-    deep = within & (np.abs(place[:, 1]) < 0.06) & (place[:, 0] > 0.06) & (place[:, 0] < 0.44)
-    # Lightness in Lab rises with the grey level; the finest blur is a pixel.
-    got = templates.colours[-1, own, 0][deep]
-    assert deep.sum() > 30
-    assert np.corrcoef(got, cloth[deep].mean(axis=1))[0, 1] > 0.95

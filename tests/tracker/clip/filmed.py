@@ -1,0 +1,22 @@
+"""Painted films as files, and the jobs that follow them."""
+
+import numpy as np
+
+from tests.tracker.clips import FPS, write_table, write_video
+from tests.tracker.outline.films import MIDDLE, WALKER
+from tracker.clip.job import Job
+from tracker.tables.keypoints import read_keypoints
+from videos.frames import Video
+
+
+def as_video(images, folder, fps=FPS):
+    write_video(folder / "film.mp4", np.ascontiguousarray(images), fps=fps)
+    return Video(folder / "film.mp4")
+
+
+def written(folder, images, joints, frame=MIDDLE):
+    """The job of a film of these images with its walker marked in a frame."""
+    write_video(folder / "walk.mp4", np.ascontiguousarray(images))
+    marks = zip(WALKER.joints, joints[frame], strict=True)
+    write_table(folder / "walk.csv", [(frame, name, *place, 1) for name, place in marks])
+    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), model="cv", facing=1)
