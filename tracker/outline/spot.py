@@ -20,7 +20,7 @@ OFTEN = 0.2  # share of frames in which places that legs swing through stand out
 OPENED, CLOSED = 3, 9  # sizes of specks that are removed, gaps that are closed, pixels of a small picture
 SHARE = 0.1  # least size of a region above or below the largest one, as a share of it
 WIDTH = 1.1  # approximate width of the regions, leg lengths
-PART = 0.8  # share of the person's size below which a body within the regions is a part of the person
+PART = 0.5  # share of the person's size below which a body within the regions is a part of the person
 
 
 @dataclass(frozen=True)

@@ -223,9 +223,9 @@ def test_limbs_of_who_moves_on_the_spot_are_nobody(walk, video, monkeypatch):
         monkeypatch.setattr(found_module, "_before", lambda *_: [person])
         return people(video, QUIET, stop=FEWEST)
 
-    small = 1.5 * UNIT  # of them
+    small = 2.2 * UNIT  # of them
     assert left(replace(stays, direction=0), small) == []
-    assert len(left(replace(stays, direction=0), UNIT)) == 1
+    assert len(left(replace(stays, direction=0), 1.6 * UNIT)) == 1
     assert len(left(stays, small)) == 1
     monkeypatch.setattr(found_module, "MOSTLY", 1.0)  # no camera's path is known well enough
     assert left(stays, small) == []

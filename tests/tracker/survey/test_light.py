@@ -29,6 +29,12 @@ def test_the_share_of_light_is_told_beside_a_figure_and_made_up_for(share, pictu
     assert np.abs(in_lab - lab(picture))[:, 20:].mean() < 2.0 / min(share, 1.0)
 
 
+def test_light_is_measured_where_a_picture_is_not_black(picture, rng):
+    picture[:, :35] = rng.integers(0, 4, (40, 35, 3))  # of which rounding leaves no shares
+    found = light_of(lab(picture // 2), lab(picture).astype(np.float32), np.ones((40, 60), bool))
+    assert found == pytest.approx(0.5, rel=0.02)
+
+
 def test_where_no_scene_is_known_no_change_of_light_is_told(picture):
     nothing = np.zeros(picture.shape[:2], bool)
     assert light_of(lab(picture), lab(picture).astype(np.float32), nothing) == 1.0
