@@ -9,7 +9,7 @@ from tracker.foreign.points import ARMS, HALPE, JOINTS, named_points, near_far, 
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_pixels, scale_by_points
 from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
-from tracker.run.folder import check_file, check_folder, fresh_file, fresh_folder
+from tracker.run.folder import check_file, check_folder, fresh_file, fresh_folder, swept
 from tracker.run.read import RUN_FILES, Record, read_run
 
 PIXELS = "_px"  # required by Sports2D in the name of a file in pixels
@@ -69,11 +69,12 @@ def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress)
         ForeignError: interrupted after some were written; names these.
     """
     places = {to: Path(export_name(folder, to)) for to in FORMATS}
-    for to, place in places.items():
-        if to == "openpose":
-            check_folder(place, overwrite, openpose.holds_frames)
-        else:
-            check_file(place, overwrite)
+    with swept(places.values()):
+        for to, place in places.items():
+            if to == "openpose":
+                check_folder(place, overwrite, openpose.holds_frames)
+            else:
+                check_file(place, overwrite)
     lines, written = [], []
     for to, its in FORMATS.items():
         place = places[to]

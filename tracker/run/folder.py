@@ -99,7 +99,8 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
 
 @contextmanager
 def swept(paths: Iterable[Path]) -> Iterator[None]:
-    """In this block other processes make `paths`; afterwards temporary folders of killed ones are removed.
+    """In this block others may make `paths`; before and afterwards temporary folders of killed processes are
+    removed.
 
     A complete run that was being replaced at that moment is restored.
     """

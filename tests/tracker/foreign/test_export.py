@@ -68,7 +68,10 @@ def test_where_one_of_all_cannot_be_replaced_none_is_written(run, tmp_path, monk
     monkeypatch.chdir(tmp_path)
     exported(run, "myogait", "--height", 1.7)
     before = everything(tmp_path)
+    left = tmp_path / f".{run.name}-openpose.deadbeef.part"
+    left.mkdir()  # of a process that was killed while it wrote
     refused = figtrack("export", run, "--to", "all")
+    assert not left.exists()
     assert refused.exit_code == 1
     assert "walk-track.myogait.json exists; choose another --out" in refused.stderr
     assert everything(tmp_path) == before
