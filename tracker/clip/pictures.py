@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from tracker.survey.light import relit
+from tracker.picture.light import relit
 from videos.frames import Video
 from videos.upright import Image
 

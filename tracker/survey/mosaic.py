@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.picture.light import Light, light_of, relit_lab
 from tracker.picture.pyramid import Array, Image, Planes
-from tracker.survey.light import light_of, relit_lab
 from tracker.survey.median import BEYOND, medians
 
 FEWEST = 5  # frames that must show a place
@@ -29,6 +29,7 @@ GREY, HARDLY = 128, 3  # stored chroma of grey, and its error by coding
 SOME = 3  # every such row and column is checked for colours
 AT_ONCE = 24 * 2**20  # size of the pictures whose medians are taken together, bytes
 LITTLE = 0.05  # change of light, natural logarithm, up to which it is called steady
+COMMON = 0.25  # of a change common to the picture, share by which the median pixel's change deviates at most
 ROUNDS = 3  # of measuring the light by the scene that the round before gave
 LINEAR = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 LARGEST = 6.0  # largest area of the mosaic in pictures; the scene beyond it stays unknown
@@ -67,8 +68,8 @@ class Scene:
         known = share == 255  # wherever no unknown place is mixed in
         return _seen(self.lab, way, size), _seen(self.spread, way, size), known
 
-    def light(self, image: Image, place: Array) -> float:
-        """The light of a picture as a share of the scene's, see `tracker.survey.light`.
+    def light(self, image: Image, place: Array) -> Light:
+        """The light of a picture.
 
         Args:
             image: (h, w, 3) Lab, uint8.
@@ -79,20 +80,22 @@ class Scene:
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
-    """The scene from small pictures, in their median light.
+    """The scene from small pictures, in their median light if their light changes as a whole.
 
     Args:
         images: (h, w, 3) Lab, uint8.
         places: for each the (3, 3) map from its pixels to those of the first frame.
     """
-    scene = _scene(images, places)
+    as_filmed = scene = _scene(images, places)
     for _ in range(ROUNDS):
         lights = [scene.light(image, place) for image, place in zip(images, places, strict=True)]
-        if np.abs(np.log(lights)).max() <= LITTLE:
-            break
-        even = [relit_lab(image, share) for image, share in zip(images, lights, strict=True)]
+        changes = np.abs(np.log([light.share for light in lights]))
+        if changes.max() <= LITTLE:
+            return as_filmed
+        even = [relit_lab(image, light.share) for image, light in zip(images, lights, strict=True)]
         scene = replace(_scene(even, places), steady=False)
-    return scene
+    apart = np.array([light.apart for light in lights]) / np.maximum(changes, LITTLE)
+    return scene if np.median(apart[changes > LITTLE]) < COMMON else as_filmed
 
 
 def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:

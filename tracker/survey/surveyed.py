@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.picture.camera import Camera
+from tracker.picture.light import relit_lab
 from tracker.picture.pyramid import Array, Image
 from tracker.picture.small import reduced, small_size, to_film
 from tracker.survey.evidence import USUAL, Expected, evidence
-from tracker.survey.light import relit_lab
 from tracker.survey.mosaic import Scene, scene_of
 
 VIEWS = 60  # largest number of pictures in the median of the scene
@@ -44,7 +44,7 @@ class Survey:
         self, images: Iterable[Image], expected: Expected = USUAL
     ) -> Iterator[tuple[Image, Image, float]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, both in the scene's light, and the
-        share of it that the frame had, see `tracker.survey.evidence` and `tracker.survey.light`.
+        share of it that the frame had, see `tracker.survey.evidence` and `tracker.picture.light`.
 
         Args:
             images: as surveyed; read only if no small pictures are held.
@@ -54,7 +54,7 @@ class Survey:
         labs = self.held or (_lab(image, self.size) for image in images)
         for lab, place in zip(labs, self.places, strict=False):
             way = down @ place @ self.up
-            share = 1.0 if self.scene.steady else self.scene.light(lab, way)
+            share = 1.0 if self.scene.steady else self.scene.light(lab, way).share
             even = relit_lab(lab, share)
             yield evidence(even, way, self.scene, expected), even[..., 0].copy(), share
 

@@ -108,9 +108,12 @@ def test_a_light_that_changes_is_not_taken_for_a_figure(camera, light, request):
     np.testing.assert_allclose(told / told[0], shares / shares[0], atol=0.02)
 
 
-def test_a_light_that_hardly_changes_is_left_as_it_is(still):
-    shares = 1.0 - 0.02 * (np.arange(len(still.images)) > 10)
-    images = np.rint(still.images * shares[:, None, None, None]).astype(np.uint8)
+@pytest.mark.parametrize(
+    "share", [0.98, np.linspace(0.6, 1.0, SIZE[0])[:, None]], ids=["hardly", "here and there"]
+)
+def test_a_light_that_does_not_change_as_a_whole_is_left_as_it_is(share, still):
+    later = (np.arange(len(still.images)) > 10)[:, None, None, None]
+    images = np.rint(np.where(later, share, 1.0) * still.images).astype(np.uint8)
     assert {share for _, _, share in survey(iter(images), 1.0).seen(images)} == {1.0}
 
 

@@ -4,6 +4,8 @@ Such a change multiplies linear light, and with it, about, the stored grey level
 Shares are of the stored grey levels.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +15,20 @@ from tracker.picture.pyramid import LEVELS, Array, Image, Planes
 BRIGHT = 50  # percentile of lightness from which light is measured: noise is a smaller share of it there
 
 
-def light_of(image: Image, lab: Planes, known: NDArray[np.bool_]) -> float:
-    """The light of a picture as a share of the scene's; 1 if nothing of the scene is known there.
+@dataclass(frozen=True)
+class Light:
+    """The light of a picture.
+
+    share : of the scene's light
+    apart : median distance of single pixels' shares from it, natural logarithm
+    """
+
+    share: float = 1.0
+    apart: float = 0.0
+
+
+def light_of(image: Image, lab: Planes, known: NDArray[np.bool_]) -> Light:
+    """The light of a picture; that of the scene if nothing of the scene is known there.
 
     Args:
         image: (h, w, 3) Lab, uint8.
@@ -23,8 +37,10 @@ def light_of(image: Image, lab: Planes, known: NDArray[np.bool_]) -> float:
     """
     now, scene = (_greys(planes[known, 0]) for planes in (image, lab))
     if not len(now):
-        return 1.0
-    return float(np.median((now / scene)[scene >= np.percentile(scene, BRIGHT)]))
+        return Light()
+    shares = np.log((now / scene)[scene >= np.percentile(scene, BRIGHT)])
+    share = np.median(shares)
+    return Light(float(np.exp(share)), float(np.median(np.abs(shares - share))))
 
 
 def relit(image: Image, share: float) -> Image:
