@@ -14,10 +14,11 @@ from tracker.picture.camera import Camera
 from tracker.picture.light import relit_lab
 from tracker.picture.pyramid import Array, Image
 from tracker.picture.small import reduced, small_size, to_film
-from tracker.survey.evidence import USUAL, Expected, evidence
+from tracker.survey.evidence import NOTHING, USUAL, Expected, evidence
 from tracker.survey.mosaic import Scene, scene_of
 
 VIEWS = 60  # largest number of pictures in the median of the scene
+MOSTLY = 0.6  # share of foreground from which a frame hardly shows the scene
 HELD = 64 * 2**20  # largest size of small pictures kept in memory, bytes
 
 
@@ -44,7 +45,8 @@ class Survey:
         self, images: Iterable[Image], expected: Expected = USUAL
     ) -> Iterator[tuple[Image, Image, float]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, both in the scene's light, and the
-        share of it that the frame had, see `tracker.survey.evidence` and `tracker.picture.light`.
+        share of it that the frame had, see `tracker.survey.evidence` and `tracker.picture.light`. Of a frame
+        that hardly shows the scene, such as a flash or a fade, nothing is told.
 
         Args:
             images: as surveyed; read only if no small pictures are held.
@@ -56,7 +58,10 @@ class Survey:
             way = down @ place @ self.up
             share = 1.0 if self.scene.steady else self.scene.light(lab, way).share
             even = relit_lab(lab, share)
-            yield evidence(even, way, self.scene, expected), even[..., 0].copy(), share
+            odds = evidence(even, way, self.scene, expected)
+            if np.count_nonzero(odds > NOTHING) > MOSTLY * np.count_nonzero(odds != NOTHING):
+                odds.fill(NOTHING)
+            yield odds, even[..., 0].copy(), share
 
 
 def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:

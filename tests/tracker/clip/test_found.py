@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.tracker.clip.filmed import as_video
 from tests.tracker.clips import write_table
-from tests.tracker.outline.films import BORDER, MIDDLE, UNIT, WALKER, a_walk, film
+from tests.tracker.outline.films import BORDER, MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
@@ -47,6 +48,14 @@ def test_the_walker_of_a_film_is_found_where_the_walker_is(found, walk):
     assert (one.facing, one.direction, one.outline.gait) == (1, 1, "walk")
     assert np.hypot(*(one.joints - walk.joints[one.frame]).T).mean() < 0.06 * UNIT
     assert one.outline.units == pytest.approx(UNIT, rel=0.2)
+
+
+def test_a_frame_that_does_not_show_the_scene_is_none_to_start_from(walk, tmp_path, rng):
+    images = np.array(walk.images)
+    images[MIDDLE] = cv2.resize(rng.integers(0, 256, (8, 12, 3)).astype(np.uint8), SIZE)
+    (one,) = people(as_video(images, tmp_path), QUIET)
+    assert one.frame != MIDDLE
+    assert np.hypot(*(one.joints - walk.joints[one.frame]).T).mean() < 0.06 * UNIT
     assert one.turned > 2.0 * TURNED
     assert sure_of_leg(one)
 

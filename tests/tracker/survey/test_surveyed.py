@@ -108,6 +108,14 @@ def test_a_light_that_changes_is_not_taken_for_a_figure(camera, light, request):
     np.testing.assert_allclose(told / told[0], shares / shares[0], atol=0.02)
 
 
+def test_of_a_picture_that_does_not_show_the_scene_nothing_is_told(still, rng):
+    images = np.array(still.images)
+    images[20] = cv2.resize(rng.integers(0, 256, (8, 12, 3)).astype(np.uint8), SIZE)
+    found = odds(survey(iter(images), 1.0), images)
+    assert not found[20].any()
+    assert (found[21][still.cover[21] > 0.98] > 0.0).mean() > 0.95
+
+
 @pytest.mark.parametrize(
     "share", [0.98, np.linspace(0.6, 1.0, SIZE[0])[:, None]], ids=["hardly", "here and there"]
 )
