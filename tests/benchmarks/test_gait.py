@@ -14,10 +14,10 @@ from tests.benchmarks.gait.measure import Case, Figure, Moment, _true_track, mea
 from tests.benchmarks.gait.norms import norms
 from tests.benchmarks.gait.page import claims, figure_rows, moment_rows, nobodys
 from tests.benchmarks.gait.truth import contacts
+from tests.benchmarks.made_up import a_motion
 from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import RATE
 from tests.benchmarks.rendered.plans import MOMENTS, planned
-from tests.benchmarks.test_rendered import a_motion
 from tests.tracker.strolls import track_of
 from tracker.scene.steps import Gait, random_build
 

@@ -11,30 +11,23 @@ import pytest
 
 from kinematics.mocap import Trial
 from tests.benchmarks.evaluation.cases import LEGS
+from tests.benchmarks.made_up import FPS, a_motion
 from tests.benchmarks.rendered import plans
-from tests.benchmarks.rendered.captures import GAITS, Motion, gait_of
+from tests.benchmarks.rendered.captures import GAITS, gait_of
 from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.measure import SCORED, Case, Followed, Start, judged, start_frame
 from tests.benchmarks.rendered.page import by_kind, claims, worst
 from tests.benchmarks.rendered.plans import BEFORE, BEHIND, HEIGHT, MOMENTS, POST, SHRUB, Casting, planned
 from tracker.clip.job import Found, Nearer
-from tracker.scene.steps import joint_places, random_build, walk
+from tracker.scene.steps import joint_places, random_build
 from tracker.tables.keypoints import Mark
 from videos.frames import Video
 
 pytestmark = pytest.mark.whole
 
-FPS = 60.0
 TRIALS = [
     Trial(Path(), person, "1", gait, FPS, ((0, 240),), (), "") for gait in GAITS for person in ("a", "b")
 ]
-
-
-def a_motion(label="walk", seconds=4.0, seed=3):
-    """A motion that no capture went into."""
-    rng = np.random.default_rng(seed)
-    gait = walk(random_build(rng), round(seconds * FPS) + 1, 1.1 * FPS, rng)
-    return Motion(gait.pose, gait.foot, FPS, label, "made up")
 
 
 @pytest.fixture(autouse=True)
