@@ -44,7 +44,8 @@ def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, floa
         # The first step has length 1, since the curvature is not known.
         share = 1.0 if steps else 1.0 / max(float(np.sqrt(-promise)), 1e-9)
         for _ in range(HALVINGS):
-            lower, there = cost(x + share * way)
+            with np.errstate(over="ignore", invalid="ignore"):  # much too far the cost may be no number
+                lower, there = cost(x + share * way)
             if lower <= value + ENOUGH * share * promise:
                 break
             share *= 0.5

@@ -49,6 +49,16 @@ def test_it_goes_the_way_of_scipys(rng, hessian):
         assert value == pytest.approx(least, rel=1e-12)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_step_so_far_that_the_cost_is_no_number_is_halved():
+    def cost(x):
+        wall = np.exp(1000.0 * x)
+        return float((wall - 1e4 * x).sum()), 1000.0 * wall - 1e4
+
+    found, _ = lowest(cost, np.zeros(1), 100, SMALL)
+    np.testing.assert_allclose(found, np.log(10.0) / 1000.0, rtol=1e-3)
+
+
 def test_a_bent_valley_is_followed_to_its_end(rng):
     start = rng.normal(size=N)
     found, value = lowest(valley, start, 500, SMALL)
