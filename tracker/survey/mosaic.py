@@ -45,7 +45,7 @@ class Scene:
     corner : (2,) its top-left pixel, in pixels of the first frame
     colourless : whether the film is black and white
     contrast   : from its darkest to its brightest as a share of a film's with full contrast, at most 1
-    steady     : whether its light hardly changes
+    steady     : whether its light is taken as filmed: it hardly changes, or not as a whole
     """
 
     lab: Planes
