@@ -80,7 +80,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
         from tracker.clip.outlines import look, outlined  # slow to import
 
         plan = outlined(plan, look(plan, progress) if seen is None else seen)
-    span = (job.first, job.stop) if kept is None else kept.span
+    span = _in_shot(plan, (job.first, job.stop) if kept is None else kept.span)
     track = _track(plan, span[0], *_followed(plan, span, clock, progress))
     if kept is not None:
         track = kept.joined(track)
@@ -101,6 +101,12 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
         points=judged,
         mended=plan.video.mended,
     )
+
+
+def _in_shot(plan: Plan, span: tuple[int, int | None]) -> tuple[int, int | None]:
+    """As much of a span, its first and last frame, None for the film's last, as shows the figure's scene."""
+    (first, last), (begins, ends) = span, plan.shot
+    return max(first, begins or 0), ends if last is None else min(last, last if ends is None else ends)
 
 
 def _followed(
@@ -252,6 +258,11 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
             "the leg that is marked far looks like the nearer one where they pass; if it is, exchange near "
             "and far in the marks"
         )
+    begins, ends = plan.shot
+    if begins is not None:
+        warnings.append(f"up to frame {begins - 1} another scene is shown; what comes later is followed")
+    if ends is not None:
+        warnings.append(f"from frame {ends + 1} on another scene is shown; what comes before is followed")
     lost = [t for t, outcome in enumerate(track.outcome, track.first) if outcome is Outcome.LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")

@@ -35,7 +35,7 @@ MOSTLY = 0.5  # share of frames that must show the camera's path; else it may fo
 def people(
     video: Video, progress: Progress, first: int = 0, stop: int | None = None, facing: int | None = None
 ) -> list[Person]:
-    """The people in the first part of a film in which anybody walks, the surest first.
+    """The people in the first part of a film, of one scene, in which anybody walks, the surest first.
 
     If a person is not seen clearly, clothes may have been taken for the scene or its shadow: the film is
     searched again with that expected.
@@ -50,21 +50,28 @@ def people(
         film = surveyed(video, first, _last(first, step, stop), step, 1.0, progress)
         if film is None:
             return []
-        stage = film.stage(1)
-        seen = _before(stage, facing)
-        grey = film.survey.scene.colourless
-        for expected in (*AGAIN, *[FULL_OF_SHADOWS] * grey):
-            unclear = [one for one in seen if not _clear(one)]
-            if not unclear and (seen or not grey):
-                break
-            again = _before(film.stage(1, expected), facing, unclear or None)
-            seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
-        seen = _whole(seen, film, spot(stage))
+        seen = _walking(film, facing)
         if seen:
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
-        if film.last == stop or len(film.survey.places) < WINDOW:  # nothing is left to search
+        if film.last == stop or not (film.cut or len(film.survey.places) == WINDOW):  # nothing is left
             return []
         first = film.last + 1
+
+
+def _walking(film: Surveyed, facing: int | None) -> list[Person]:
+    """The people who walk through a part of a film."""
+    if not film.enough:
+        return []
+    stage = film.stage(1)
+    seen = _before(stage, facing)
+    grey = film.survey.scene.colourless
+    for expected in (*AGAIN, *[FULL_OF_SHADOWS] * grey):
+        unclear = [one for one in seen if not _clear(one)]
+        if not unclear and (seen or not grey):
+            break
+        again = _before(film.stage(1, expected), facing, unclear or None)
+        seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
+    return _whole(seen, film, spot(stage))
 
 
 def _last(first: int, step: int, stop: int | None) -> int:
@@ -170,13 +177,13 @@ def _nobody(how: Following, video: Video) -> FoundError:
     first = how.from_ or 0
     step = every(video, first, how.stop)
     film = surveyed(video, first, _last(first, step, how.stop), step, 1.0, Progress("quiet"))
-    if film is None and not any(True for _ in video.pictures(first, first)):
-        return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
     if film is None:
+        return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
+    if not (film.enough or film.cut):
         return FoundError(
             f"nobody can be found in fewer than {FEWEST * step} frames; mark the joints of one frame"
         )
-    place = spot(film.stage(1))
+    place = spot(film.stage(1)) if film.enough else None
     if place is None:
         return FoundError("nobody was found who walks through the film; mark the joints of one frame")
     figure, frame = seen_figure(), first + place.frame * step

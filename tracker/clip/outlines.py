@@ -43,6 +43,7 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
         points=seen.points,
         places=seen.places,
         lights=seen.lights,
+        shot=seen.shot,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
         misnamed=seen.misnamed if seen.misnamed > DOUBTED and plan.job.found is None else 0.0,
         tracker=make_tracker(plan.start, slds, settings),
@@ -62,7 +63,8 @@ def look(plan: Plan, progress: Progress) -> Seen:
     part = _part(plan, (plan.frame, _shown(plan)), (REACH, REACH), progress)
     if part is None:
         return Seen({})
-    seen = replace(as_seen(part.outline, part.first, plan), places=part.places, lights=part.lights)
+    seen = as_seen(part.outline, part.first, plan)
+    seen = replace(seen, places=part.places, lights=part.lights, shot=part.shot)
     seen = _beyond(seen, part.after, 1, plan, progress)
     return _beyond(seen, part.before, -1, plan, progress)
 
@@ -91,7 +93,7 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         way: +1 for later parts, -1 for earlier ones.
     """
     points, places, lights = [seen.points], [seen.places], [seen.lights]
-    wrong, far = seen.wrong, 2 * REACH - SHARED
+    wrong, far, (begins, ends) = seen.wrong, 2 * REACH - SHARED, seen.shot
     while onward is not None:
         part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress)
         if part is None:
@@ -102,9 +104,15 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         if onward[0] in places[-1]:
             places.append(_placed(part.places, places[-1][onward[0]]))
         lights.append(_lit(part.lights, lights[-1][onward[0]]))
+        begins, ends = (begins, part.shot[1]) if way > 0 else (part.shot[0], ends)
         onward = part.after if way > 0 else part.before
     return replace(
-        seen, points=together(points), places=together(places), lights=together(lights), wrong=wrong
+        seen,
+        points=together(points),
+        places=together(places),
+        lights=together(lights),
+        wrong=wrong,
+        shot=(begins, ends),
     )
 
 

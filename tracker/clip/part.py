@@ -40,6 +40,7 @@ class Part:
         the film does not show it
     lights  : by frame, its light as a share of that of the frame of the part's start pose
     before, after : poses from which parts of the film before and after this one start, None for none
+    shot    : first and last frame of what one scene is shown in, None for an end that is not in this part
     """
 
     first: int
@@ -48,6 +49,7 @@ class Part:
     lights: Mapping[int, float]
     before: Pose | None
     after: Pose | None
+    shot: tuple[int | None, int | None]
 
     def exchanged(self, figure: Figure) -> Self:
         """The part with the figure's near and far leg exchanged."""
@@ -75,12 +77,15 @@ def part_around(
     before = min(around[0], (frame - begin) // step)
     first, last = frame - before * step, frame + around[1] * step
     last = last if stop is None else min(last, stop)
-    film = surveyed(video, first, last, step, start.view.unit / LEG, progress)
-    if film is None or before >= len(film.survey.places):
+    film = surveyed(video, first, last, step, start.view.unit / LEG, progress, frame)
+    if film is None or not film.enough or frame > film.first + (len(film.survey.places) - 1) * step:
         return None
+    shot = (film.first if film.first > first else None, film.last if film.cut else None)
+    first, before = film.first, (frame - film.first) // step
     # A known person is certainly there, so what is as dark as a shadow or like the scene may be clothes.
     cycles, stage = Cycles.load(), film.stage(start.view.facing, SOMEBODY)
     told = film.survey.sure.mean() > TOLD
+    began = first < begin + step or shot[0] is not None
     ended = len(stage) < (last - first) // step + 1 or last == stop
     del film  # frees its small pictures
     stage = _alone(stage, start, before, cycles)
@@ -93,8 +98,9 @@ def part_around(
         outline,
         Lazily(range(first, first + len(to_start) if told else first), lambda t: to_start[t - first]),
         Lazily(range(first, first + len(lights)), lambda t: float(lights[t - first])),
-        None if first < begin + step else _seen_whole(start.figure, outline, facing, first, slice(edge)),
+        None if began else _seen_whole(start.figure, outline, facing, first, slice(edge)),
         None if ended else _seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
+        shot,
     )
 
 

@@ -37,6 +37,7 @@ class Seen:
     misnamed : probability that the start marks name the legs wrongly
     places   : by frame, (3, 3) map from its pixels to the start frame's, where the camera's path is known
     lights   : by frame, its light as a share of the start frame's
+    shot     : first and last frame of the scene that the figure is in, None for the film's
     """
 
     points: Mapping[int, Detections]
@@ -45,6 +46,7 @@ class Seen:
     misnamed: float = 0.0
     places: Mapping[int, Array] = field(default_factory=dict)
     lights: Mapping[int, float] = field(default_factory=dict)
+    shot: tuple[int | None, int | None] = (None, None)
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Plan:
     gait    : the model's label for the gait of the outline, "" for none
     misnamed: probability that the marks name the legs the wrong way round, 0 if it is small
     points  : measurement of each frame's pose besides the templates: `measured`, else the outline's joints
-    places, lights : as in `Seen`
+    places, lights, shot : as in `Seen`
     """
 
     job: Job
@@ -72,6 +74,7 @@ class Plan:
     misnamed: float = 0.0
     places: Mapping[int, Array] = field(default_factory=dict)
     lights: Mapping[int, float] = field(default_factory=dict)
+    shot: tuple[int | None, int | None] = (None, None)
 
     @cached_property
     def back(self) -> Tracker:

@@ -15,6 +15,7 @@ from tracker.picture.pyramid import within
 from tracker.picture.small import SIDE
 from tracker.progress import Progress
 from tracker.survey.evidence import NOTHING, USUAL, Expected
+from tracker.survey.shot import Shot
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video
 
@@ -28,14 +29,23 @@ FEWEST = 20  # frames; in fewer a walker covers many places in half of them
 
 @dataclass(frozen=True)
 class Surveyed:
-    """Every `every`-th of the frames `first` to `last` of a film, and their survey."""
+    """Every `every`-th of the frames `first` to `last` of a film, and their survey.
+
+    cut : whether another scene is shown from the next frame on
+    """
 
     video: Video
     first: int
     last: int
     every: int
     survey: Survey
+    cut: bool
     progress: Progress
+
+    @property
+    def enough(self) -> bool:
+        """Whether the frames are enough to know the scene."""
+        return len(self.survey.places) >= FEWEST
 
     def stage(self, facing: int, expected: Expected = USUAL) -> Stage:
         """The log odds of the frames.
@@ -63,24 +73,34 @@ def every(video: Video, first: int, last: int | None) -> int:
 
 
 def surveyed(
-    video: Video, first: int, last: int, step: int, by: float, progress: Progress
+    video: Video, first: int, last: int, step: int, by: float, progress: Progress, shows: int | None = None
 ) -> Surveyed | None:
-    """Survey a part of a film; None if its frames are too few to know the scene.
+    """Survey one scene of a part of a film; None if the part has no frames.
 
     Args:
         step: of how many frames one is surveyed.
         by: least number of the film's pixels along the side of a pixel of the small pictures.
+        shows: a frame of the scene, None for the first one.
     """
+    film = _to_cut(video, first, last, step, by, progress)
+    while film is not None and film.cut and shows is not None and film.last < shows:
+        film = _to_cut(video, film.last + step, last, step, by, progress)
+    return film
+
+
+def _to_cut(video: Video, first: int, last: int, step: int, by: float, progress: Progress) -> Surveyed | None:
+    """The survey of a part of a film up to its first hard cut."""
     announced = video.count_hint or 0  # joined recordings may announce too few
     total = -((first - min(last + 1, announced)) // step) if first < announced else None
-    images = video.pictures(first, last, step)
-    images = progress.through(f"{video.path.name} surveyed", images, total)
+    shot = Shot(video.pictures(first, last, step))
+    images = progress.through(f"{video.path.name} surveyed", shot, total)
     begin = next(images, None)  # None if the film is shorter than it announces
     if begin is None:
         return None
     by = max(max(video.width, video.height) / SIDE, by)
     found = survey(chain([begin], images), by, total or 0)
-    return Surveyed(video, first, last, step, found, progress) if len(found.places) >= FEWEST else None
+    last = first + (len(found.places) - 1) * step if shot.cut else last
+    return Surveyed(video, first, last, step, found, shot.cut, progress)
 
 
 def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:

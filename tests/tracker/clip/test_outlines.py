@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import expit
 
-from tests.tracker.clip.filmed import written
+from tests.tracker.clip.filmed import QUIET, as_seen, away, mean_away, written
 from tests.tracker.outline import films
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
@@ -16,17 +16,15 @@ from tracker.clip import outlines, part, staged
 from tracker.clip.follow import follow, motions_of
 from tracker.clip.job import Found, Nearer
 from tracker.clip.lazily import Lazily
-from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look, outlined
+from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.loop.detections import Detector
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
-from tracker.progress import Progress
 from tracker.run.track import FREE
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark
 
-QUIET = Progress("quiet")
 WIDTH = 160  # of the film: at its end the walker is partly out of sight
 
 
@@ -34,22 +32,6 @@ WIDTH = 160  # of the film: at its end the walker is partly out of sight
 def job(tmp_path_factory):
     """The film with its middle frame marked."""
     return written(tmp_path_factory.mktemp("film"), a_walk().images[:, :, :WIDTH], a_walk().joints)
-
-
-def as_seen(plan):
-    """The plan with what its film shows."""
-    return outlined(plan, look(plan, QUIET))
-
-
-def away(points, walk):
-    """By frame, the distances of its points from the walker's joints, leg lengths."""
-    return {
-        t: np.hypot(*(of.pixels - walk.joints[t][of.joint]).T) / walk.units[t] for t, of in points.items()
-    }
-
-
-def mean_away(points, walk):
-    return np.mean(np.concatenate([*away(points, walk).values()]))
 
 
 @pytest.fixture(scope="module")
@@ -118,68 +100,12 @@ def test_of_a_high_frame_rate_some_frames_are_surveyed_and_the_outline_is_known_
     assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=0.6)
 
 
-@pytest.fixture
-def in_parts(monkeypatch):
-    """Survey at most 41 frames together; how often a part was surveyed is counted."""
-    monkeypatch.setattr(outlines, "REACH", 20)
-    monkeypatch.setattr(outlines, "SHARED", 20)
-    monkeypatch.setattr(part, "EDGE", 6)
-    surveyed, survey = [], part.surveyed
-
-    def counted(*words):
-        surveyed.append(words[1:3])
-        return survey(*words)
-
-    monkeypatch.setattr(part, "surveyed", counted)
-    return surveyed
-
-
-@pytest.fixture(scope="module")
-def long_walk():
-    return film(np.random.default_rng(20), frames=90, camera=(1.2, -0.2, 0.0, 0.0))
-
-
-def test_the_outline_is_known_beyond_the_first_part_of_a_film_both_ways(tmp_path, in_parts, long_walk):
-    shares = np.linspace(0.7, 1.0, 90)
-    images = np.rint(long_walk.images * shares[:, None, None, None]).astype(np.uint8)
-    seen = as_seen(prepare(written(tmp_path, images, long_walk.joints, 45)))
-    assert in_parts[0] == (25, 65)
-    assert {first < 25 for first, _ in in_parts[1:]} == {False, True}
-    assert sorted(seen.places) == list(range(90))
-    assert set(range(5, 85)) <= set(seen.points)  # nearer the ends the walker is partly out of sight
-    assert mean_away(seen.points, long_walk) < 0.07
-    truth = np.linalg.inv(long_walk.places[45]) @ long_walk.places
-    assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=1.0)
-    assert_allclose([seen.lights[t] for t in range(90)], shares / shares[45], atol=0.03)
-
-
 def test_where_the_film_does_not_show_the_cameras_path_none_is_told(job, monkeypatch):
     survey = staged.survey
     monkeypatch.setattr(staged, "survey", lambda *how: replace(survey(*how), sure=np.zeros(32, bool)))
     seen = look(prepare(job), QUIET)
     assert len(seen.points) == 32
     assert not seen.places
-
-
-def test_no_part_is_surveyed_beyond_the_frames_that_are_followed(tmp_path, in_parts, long_walk):
-    job = written(tmp_path, long_walk.images, long_walk.joints, 45)
-    look(prepare(replace(job, from_=30, stop=60)), QUIET)
-    assert in_parts == [(30, 60)]
-
-
-def test_legs_keep_their_names_in_the_parts_beyond(tmp_path, in_parts, long_walk, monkeypatch):
-    fit, fits = part.fitted, []
-
-    def exchanged(*words):
-        fits.append(fit(*words))
-        other = replace(fits[-1].exchanged(WALKER), named=fits[-1].named)
-        return fits[-1] if len(fits) == 1 else other
-
-    monkeypatch.setattr(part, "fitted", exchanged)
-    seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
-    assert max(each.mean() for each in away(seen.points, long_walk).values()) < 0.2
-    assert len(fits) >= 5  # two or more in a row on each side
-    assert seen.tracker.settings.exchange == MOST
 
 
 def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):

@@ -1,0 +1,86 @@
+import cv2
+import numpy as np
+import pytest
+
+from tracker.survey.shot import PATIENCE, Shot
+
+SIZE = 96, 64  # width and height
+
+
+def scene(rng, contrast=1.0):
+    coarse = 128.0 + contrast * rng.uniform(-120.0, 120.0, (6, 9, 3))
+    return cv2.resize(coarse, SIZE, interpolation=cv2.INTER_CUBIC)
+
+
+def shown(scene, frames, rng):
+    """The scene in so many frames, with noise and somebody who walks through."""
+    images = np.tile(scene, (frames, 1, 1, 1)) + rng.normal(0.0, 6.0, (frames, *scene.shape))
+    for t, image in enumerate(images):
+        image[20:55, 3 * t : 3 * t + 8] = 20.0
+    return list(np.clip(images, 0, 255).astype(np.uint8))
+
+
+@pytest.fixture
+def one(rng):
+    return shown(scene(rng), 20, rng)
+
+
+@pytest.fixture
+def other(rng):
+    return shown(scene(rng), 20, rng)
+
+
+def read(images):
+    """How many pictures are read, and whether a cut is told."""
+    shot = Shot(images)
+    return sum(1 for _ in shot), shot.cut
+
+
+def test_a_shot_ends_at_a_cut(one, other):
+    shot = Shot(iter([*one, *other]))
+    for image, want in zip(shot, one, strict=True):
+        assert image is want
+    assert shot.cut
+
+
+def test_a_film_of_one_scene_is_one_shot(one):
+    assert read(one) == (20, False)
+
+
+@pytest.mark.parametrize("frames", [1, PATIENCE - 1])
+def test_what_hides_the_scene_for_a_moment_is_no_cut(frames, one, other):
+    assert read([*one[:10], *other[:frames], *one[10:]]) == (20 + frames, False)
+    assert read([*one, *other[:frames]]) == (20 + frames, False)
+
+
+def test_pictures_that_change_all_the_time_are_no_cut(one, rng):
+    passing = [image for _ in range(PATIENCE) for image in shown(scene(rng), 1, rng)]
+    assert read([*one, *passing, *one]) == (40 + PATIENCE, False)
+
+
+def test_what_follows_a_fade_is_another_shot(one, other):
+    faded = [
+        (image * share).astype(np.uint8) for image, share in zip(one, np.linspace(1, 0, 20), strict=True)
+    ]
+    black = [np.zeros_like(one[0])] * 8
+    assert read([*one, *faded, *black, *other]) == (48, True)
+    assert read([*one, *faded, *black, *one]) == (68, False)
+
+
+def test_neither_a_pan_nor_another_light_is_a_cut(rng):
+    wide = cv2.resize(rng.uniform(0.0, 255.0, (6, 60, 3)), (640, 64), interpolation=cv2.INTER_CUBIC)
+    shares = np.linspace(1.0, 0.4, 60)[:, None, None, None]
+    panned = shares * np.stack([wide[:, 9 * t : 9 * t + SIZE[0]] for t in range(60)])
+    assert read(list(np.clip(panned, 0, 255).astype(np.uint8))) == (60, False)
+    assert read(list(np.clip(panned[[0, 30] * 5].repeat(6, axis=0), 0, 255).astype(np.uint8)))[1]
+
+
+def test_a_jump_of_the_camera_is_no_cut(rng):
+    cells = [rng.uniform(-60.0, 60.0, (192 // side, 640 // side, 3)) for side in (4, 8, 16, 32)]
+    wide = 128.0 + sum(cv2.resize(each, (640, 192), interpolation=cv2.INTER_CUBIC) for each in cells)
+    here, there, elsewhere = (
+        list(np.clip(wide[None, :, x : x + 320], 0, 255).astype(np.uint8).repeat(10, axis=0))
+        for x in (0, 12, 320)
+    )
+    assert read([*here, *there]) == (20, False)
+    assert read([*here, *elsewhere]) == (10, True)

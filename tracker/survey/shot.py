@@ -1,0 +1,77 @@
+"""One shot of a film: its pictures up to a hard cut, from which on it shows another scene.
+
+Thumbnails of different scenes are hardly correlated, and no motion of the camera leads from one to the other.
+What hides the scene for a moment, such as a flash or somebody close to the camera, is gone after a few
+pictures or changes all the time; after a cut several pictures in a row are alike.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from tracker.picture.camera import Camera
+from tracker.picture.pyramid import Array, Image
+from tracker.picture.small import reduced
+
+THUMB = 32, 18  # width and height of a thumbnail
+ALIKE = 0.75  # least correlation of successive pictures of a scene; at least 0.87 in films of runners
+FLAT = 4.0  # standard deviation of a thumbnail, grey levels, below which a picture shows no scene
+PATIENCE = 5  # pictures that tell another scene
+
+
+class Shot:
+    """The pictures of a film up to its first hard cut.
+
+    cut : whether there was one, once all have been read
+    """
+
+    def __init__(self, images: Iterable[Image]) -> None:
+        self.cut = False
+        self._images = images
+
+    def __iter__(self) -> Iterator[Image]:
+        scene: _Shown | None = None  # the last picture of the scene
+        other: list[_Shown] = []  # pictures that may be of another one
+        for now in map(_Shown, self._images):
+            same = scene is None or now.alike(scene) or now.leads_from(scene)
+            if same or (other and not now.alike(other[-1])):
+                yield from (shown.image for shown in other)
+                other = []
+            if same:
+                yield now.image
+                scene = now if scene is None or not now.flat else scene
+            else:
+                other.append(now)
+            if len(other) == PATIENCE:
+                self.cut = True
+                return
+        yield from (shown.image for shown in other)
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A picture, RGB, and what tells its scene."""
+
+    image: Image
+
+    @cached_property
+    def thumbnail(self) -> Array:
+        """(n,) grey levels less each channel's mean, which changes with the light."""
+        small = reduced(self.image, THUMB).astype(np.float64)
+        return np.asarray(small - small.mean((0, 1))).ravel()
+
+    @property
+    def flat(self) -> bool:
+        """Whether it shows no scene."""
+        return bool(self.thumbnail.std() < FLAT)
+
+    def alike(self, other: Self) -> bool:
+        """Whether the pictures are alike as a whole, as far as they show a scene."""
+        return self.flat or other.flat or np.corrcoef(self.thumbnail, other.thumbnail)[0, 1] > ALIKE
+
+    def leads_from(self, other: Self) -> bool:
+        """Whether a motion of the camera leads from the other picture to this one."""
+        return Camera(other.image).follow(self.image).sure
