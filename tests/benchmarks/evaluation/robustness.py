@@ -19,7 +19,7 @@ import numpy as np
 
 from kinematics.recover import PoseError
 from tests.benchmarks.evaluation import misplaced, parts
-from tests.benchmarks.evaluation.cases import QUIET, START, Ours, marks_of, measured, measured_by
+from tests.benchmarks.evaluation.cases import BEFORE_ALL, QUIET, START, Ours, marks_of, measured, measured_by
 from tests.benchmarks.evaluation.disturbances import (
     DISTURBANCES,
     GUESS_NOISE,
@@ -35,9 +35,10 @@ from tests.benchmarks.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
 from tests.benchmarks.evaluation.ways import DEFAULT
 from tests.benchmarks.page import Claim, chapter, claim_table, table, written
 from tracker.cli.demo import write_scene
+from tracker.clip.asked import asked
 from tracker.clip.follow import follow
-from tracker.clip.job import Job
-from tracker.clip.start import StartError
+from tracker.clip.job import Following, Job
+from tracker.clip.start import FoundError, StartError
 from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.scene.film import render
@@ -71,8 +72,8 @@ STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on bo
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
 accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
+Without marks all 12 clips are followed.
 """
-
 SOAK = """\
 `make soak` runs random commands on random films for an hour, kills a third, and checks how each ends. An
 interrupt in Python's first milliseconds shows a traceback. 27,997 commands have found nine faults, all
@@ -89,15 +90,16 @@ def main() -> None:
     )
     parser.add_argument("data", type=Path, help="folder of the marked clips and the captures")
     parser.add_argument("out", type=Path, help="the page, Markdown")
-    asked = parser.parse_args()
-    clips, hard = (sorted((asked.data / name).glob("*.mp4")) for name in ("video", "video_hard"))
+    options = parser.parse_args()
+    clips, hard = (sorted((options.data / name).glob("*.mp4")) for name in ("video", "video_hard"))
     progress = Progress()
     wrong, cut = misplaced.cases([*clips, *hard]), list(product([*clips, *hard], parts.VIEWS))
-    told_of = partial(misplaced.told, asked.data / "mocap" / "trials.csv")
+    told_of = partial(misplaced.told, options.data / "mocap" / "trials.csv")
     told = measured(told_of, wrong, progress, "marks put wrongly")
     alone = measured(parts.told, cut, progress, "parts of films")
     answers = dict(zip(wrong, told, strict=True)), dict(zip(cut, alone, strict=True))
-    asked.out.write_text(page(clips, *measure(clips, progress), *answers), encoding="utf-8")
+    unmarked = measured_by(SHOTS, [*clips, *hard], from_no_marks, progress, "disturbed pictures, no marks")
+    options.out.write_text(page(clips, unmarked, *measure(clips, progress), *answers), encoding="utf-8")
 
 
 def measure(clips: Sequence[Path], progress: Progress) -> tuple[Scores, Scores, Scores, Scores]:
@@ -120,6 +122,12 @@ def disturbed(name: str, clip: Path) -> Score | None:
     """The score of a clip whose pictures are disturbed; None, here and below, where the start is refused."""
     film = SHOTS[name](read_film(clip, marks_of(clip)))
     return _score_film(film, film.marks)
+
+
+def from_no_marks(name: str, clip: Path) -> Score | None:
+    """The score of a clip whose pictures are disturbed and whose start is found."""
+    film = SHOTS[name](read_film(clip, marks_of(clip)))
+    return _score_film(film, None)
 
 
 def from_moved_marks(clip: Path, draw: int) -> Score | None:
@@ -154,6 +162,7 @@ def lost(found: Score | None) -> bool:
 
 def page(
     clips: Sequence[Path],
+    unmarked: Scores,
     pictures: Scores,
     starts: Scores,
     feet: Scores,
@@ -161,13 +170,14 @@ def page(
     wrong: misplaced.Answers,
     alone: parts.Answers,
 ) -> str:
-    """The whole text, of what `measure` returns and what came of marks put wrongly and of parts of films."""
+    """The whole text, of what came of disturbed films without marks, of what `measure` returns, and of marks
+    put wrongly and parts of films."""
     wanted = [*claims(clips, pictures, starts), *misplaced.claims(wrong), *parts.claims(alone)]
     return "\n".join(
         [
             *chapter("# Robustness on the open clips", f"{written('robustness')}.", METHOD),
             *chapter("## What is wanted", claim_table(wanted)),
-            *chapter("## Disturbed pictures", PICTURES, _by_row(clips, pictures)),
+            *chapter("## Disturbed pictures", PICTURES, _by_row(clips, pictures, unmarked)),
             *chapter("## Disturbed start marks", STARTS, _summaries("clip", starts)),
             *misplaced.section(wrong),
             *parts.section(alone),
@@ -196,20 +206,24 @@ def claims(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Clai
     ]
 
 
-def _score_film(film: Film, given: Marks) -> Score | None:
-    """Errors against the film's own marks of a track that starts from those given."""
+def _score_film(film: Film, given: Marks | None) -> Score | None:
+    """Errors against the film's own marks of a track that starts from those given, or from none."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "film.mov"
         write_film(film, path)
         return _score(path, given, film.marks)
 
 
-def _score(video: Path, given: Marks, truth: Marks, way: Ours = OURS) -> Score | None:
-    """Errors against the true marks of a track that starts from those given."""
-    job = Job(video, given, model=way.model, settings=way.settings, start=START, stop=max(truth))
+def _score(video: Path, given: Marks | None, truth: Marks, way: Ours = OURS) -> Score | None:
+    """Errors against the true marks of a track that starts from those given, or from none."""
+    start = BEFORE_ALL if given is None else START
     try:
-        return score(truth, places(follow(job, QUIET).track), START)
-    except (StartError, PoseError):
+        if given is None:
+            job = asked(Following(model=way.model), video, None, way.settings, QUIET)
+        else:
+            job = Job(video, given, model=way.model, settings=way.settings, start=START, stop=max(truth))
+        return score(truth, places(follow(job, QUIET).track), start)
+    except (StartError, FoundError, PoseError):
         return None
 
 
@@ -217,14 +231,18 @@ def _kept(row: Sequence[Score | None]) -> int:
     return sum(not lost(found) for found in row)
 
 
-def _by_row(clips: Sequence[Path], scores: Scores) -> list[str]:
-    """A table of how many clips were followed, which were not, and their errors."""
-    rows = []
+def _by_row(clips: Sequence[Path], scores: Scores, unmarked: Scores | None = None) -> list[str]:
+    """A table of how many clips were followed, which were not, and their errors, from marks and without."""
+    header, rows = ["disturbance", f"followed of {len(clips)}", "mean error", "worst"], []
     for name, row in scores.items():
         lost_ones = [clip.stem for clip, found in zip(clips, row, strict=True) if lost(found)]
         followed, errors = ", not ".join([f"{_kept(row)}", *lost_ones]), _errors(row)
         rows.append([name, followed, f"{np.mean(errors):.3f}", f"{max(errors):.3f}"])
-    return table(("disturbance", f"followed of {len(clips)}", "mean error", "worst"), rows)
+    if unmarked is not None:
+        header += ["without marks", "mean error"]
+        for cells, row in zip(rows, unmarked.values(), strict=True):
+            cells += [f"{_kept(row)}", f"{np.mean(_errors(row)):.3f}"]
+    return table(header, rows)
 
 
 def _summaries(what: str, scores: Scores) -> list[str]:
