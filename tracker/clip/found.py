@@ -97,15 +97,17 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
 
 
 def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Person]:
-    """The people, without those that are only limbs of a person who moves on the spot."""
+    """The people, without those that are only limbs of a person who moves on the spot; and without that
+    person where the camera may go along, for then half of the person counts as the scene."""
     told = film.survey.sure.mean() > MOSTLY
-    return [
-        one
-        for one in seen
-        if place is None
-        or (told and one.direction != 0)
-        or not place.shows(one.outline.hips, one.outline.units)
-    ]
+
+    def on_the_spot(one: Person) -> bool:
+        goes = one.direction != 0
+        if place is None or (told and goes) or not place.holds(one.outline.hips):
+            return False
+        return place.larger(one.outline.units) or not (told or goes)
+
+    return [one for one in seen if not on_the_spot(one)]
 
 
 def _clear(one: Person) -> bool:

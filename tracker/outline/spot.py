@@ -41,10 +41,13 @@ class Spot:
         (q,) = poses(figure, cycles.pose[:1, 0])
         return np.asarray(self.hip + self.unit * joints(figure, q) * [facing, -1.0])
 
-    def shows(self, hips: Array, units: Array) -> bool:
-        """Whether a body with hips (n, 2) and sizes (n,), pixels of each frame, is a part of this person."""
-        away = np.median(np.abs(hips - self.hip), axis=0)
-        return bool(away.max() < self.unit and np.median(units) < PART * self.unit)
+    def holds(self, hips: Array) -> bool:
+        """Whether a body with hips (n, 2), pixels of each frame, is at this place."""
+        return bool(np.median(np.abs(hips - self.hip), axis=0).max() < self.unit)
+
+    def larger(self, units: Array) -> bool:
+        """Whether bodies of sizes (n,), pixels of each frame, can only be parts of this person."""
+        return bool(np.median(units) < PART * self.unit)
 
 
 def spot(stage: Stage) -> Spot | None:

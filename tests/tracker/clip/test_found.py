@@ -222,7 +222,8 @@ def test_of_who_walks_on_the_spot_about_the_joints_are_suggested_and_no_limb_is_
 
 
 def test_limbs_of_who_moves_on_the_spot_are_nobody(walk, video, monkeypatch):
-    """Those who are as large, or go through the scene before a camera whose path is known, are."""
+    """Those who are as large or go through the scene are, if the camera's path is known; else who goes and is
+    as large."""
     one = walk.person()
     hip = one.outline.hips.mean(0)
     stays = replace(one, outline=replace(one.outline, hips=np.tile(hip, (len(walk.q), 1))))
@@ -232,12 +233,14 @@ def test_limbs_of_who_moves_on_the_spot_are_nobody(walk, video, monkeypatch):
         monkeypatch.setattr(found_module, "_before", lambda *_: [person])
         return people(video, QUIET, stop=FEWEST)
 
-    small = 2.2 * UNIT  # of them
+    small, large = 2.2 * UNIT, 1.6 * UNIT  # of the other person
     assert left(replace(stays, direction=0), small) == []
-    assert len(left(replace(stays, direction=0), 1.6 * UNIT)) == 1
+    assert len(left(replace(stays, direction=0), large)) == 1
     assert len(left(stays, small)) == 1
     monkeypatch.setattr(found_module, "MOSTLY", 1.0)  # no camera's path is known well enough
     assert left(stays, small) == []
+    assert left(replace(stays, direction=0), large) == []
+    assert len(left(stays, large)) == 1
 
 
 def test_of_several_scenes_the_first_is_searched_in_which_anybody_walks(walk, tmp_path):

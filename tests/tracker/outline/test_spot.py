@@ -49,9 +49,10 @@ def test_who_goes_through_the_picture_is_on_no_spot(walk, rng):
         assert spot(replace(stage, odds=np.full_like(stage.odds, NOTHING + everywhere))) is None
 
 
-def test_a_small_body_that_stays_there_is_a_part_and_a_large_one_or_one_that_leaves_is_not(treadmill):
+def test_a_small_body_is_a_part_and_one_that_leaves_is_not_there(treadmill):
     found = spot(treadmill[0])
     hips, small = np.tile(found.hip, (5, 1)), np.full(5, 0.9 * PART * found.unit)
-    assert found.shows(hips, small)
-    assert not found.shows(hips, small / 0.8)
-    assert not found.shows(hips + np.arange(5)[:, None] * [found.unit, 0.0], small)
+    assert found.larger(small)
+    assert not found.larger(small / 0.8)
+    assert found.holds(hips)
+    assert not found.holds(hips + np.arange(5)[:, None] * [found.unit, 0.0])
