@@ -17,8 +17,9 @@ from tracker.picture.pyramid import Array, Image
 from tracker.picture.small import reduced
 
 THUMB = 32, 18  # width and height of a thumbnail
+SAMPLES = 4  # of the picture along the side of a thumbnail's pixel
 ALIKE = 0.75  # least correlation of successive pictures of a scene; at least 0.87 in films of runners
-FLAT = 4.0  # standard deviation of a thumbnail, grey levels, below which a picture shows no scene
+FLAT = 4.0  # contrast of a thumbnail, grey levels, below which a picture shows no scene
 PATIENCE = 5  # pictures that tell another scene
 
 
@@ -60,17 +61,26 @@ class _Shown:
     @cached_property
     def thumbnail(self) -> Array:
         """(n,) grey levels less each channel's mean, which changes with the light."""
-        small = reduced(self.image, THUMB).astype(np.float64)
+        every = max(self.image.shape[1] // (SAMPLES * THUMB[0]), 1)
+        small = reduced(np.ascontiguousarray(self.image[::every, ::every]), THUMB).astype(np.float64)
         return np.asarray(small - small.mean((0, 1))).ravel()
+
+    @cached_property
+    def contrast(self) -> float:
+        """Root mean square of the thumbnail, grey levels."""
+        return float(np.sqrt(np.square(self.thumbnail).mean()))
 
     @property
     def flat(self) -> bool:
         """Whether it shows no scene."""
-        return bool(self.thumbnail.std() < FLAT)
+        return self.contrast < FLAT
 
     def alike(self, other: Self) -> bool:
         """Whether the pictures are alike as a whole, as far as they show a scene."""
-        return self.flat or other.flat or np.corrcoef(self.thumbnail, other.thumbnail)[0, 1] > ALIKE
+        if self.flat or other.flat:
+            return True
+        covariance = float(self.thumbnail @ other.thumbnail) / len(self.thumbnail)
+        return covariance > ALIKE * self.contrast * other.contrast
 
     def leads_from(self, other: Self) -> bool:
         """Whether a motion of the camera leads from the other picture to this one."""
