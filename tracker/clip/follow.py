@@ -77,9 +77,13 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
     if kept is not None and not kept.fits(plan.start, plan.slds.labels):
         kept = None
     with clock.stage("survey"):
-        from tracker.clip.outlines import look, outlined  # slow to import
+        from tracker.clip.naming import as_the_film_names  # slow to import
+        from tracker.clip.outlines import look, outlined
 
-        plan = outlined(plan, look(plan, progress) if seen is None else seen)
+        seen = look(plan, progress) if seen is None else seen
+        if (named := as_the_film_names(job, seen.misnamed)) is not job:
+            job, plan = named, prepare(named)
+        plan = outlined(plan, seen)
     span = _in_shot(plan, (job.first, job.stop) if kept is None else kept.span)
     track = _track(plan, span[0], *_followed(plan, span, clock, progress))
     if kept is not None:

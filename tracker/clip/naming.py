@@ -1,4 +1,4 @@
-"""The naming of a found figure's legs: the start that it gives, and whether templates confirm it.
+"""The naming of a found figure's legs: the start that it gives, and whether templates and film confirm it.
 
 The nearer leg hides the other. With the names exchanged templates are cut from the wrong leg and laid the
 wrong way round where legs pass, so that they fit worse. The mean difference of fit in the frames around the
@@ -12,8 +12,9 @@ from itertools import islice
 import numpy as np
 
 from kinematics.figure import Array, Figure
-from tracker.clip.job import Following, Found, Nearer
-from tracker.clip.outlines import as_seen, outlined
+from kinematics.sides import other_side
+from tracker.clip.job import Following, Found, Job, Nearer
+from tracker.clip.outlines import DOUBTED, as_seen, outlined
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
 from tracker.loop.begin import begin
@@ -57,6 +58,24 @@ def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
 def start_from(one: Person, told: str) -> Found:
     """The start from a person; `told` says whether the near leg is "sure", "unsure" or "given"."""
     return Found(one.frame, marks_of(one), one.facing, nearer(one), told)
+
+
+def as_the_film_names(job: Job, misnamed: float) -> Job:
+    """The job, with the legs of a found start named as its outline in the whole film tells.
+
+    Where that contradicts the pose of the start frame, the nearer leg counts as unsure.
+
+    Args:
+        misnamed: probability that the start names the legs wrongly, as the film tells.
+    """
+    found = job.found
+    if found is None or found.near_leg == "given" or misnamed <= DOUBTED:
+        return job
+    found = replace(found, near_leg="unsure")
+    if misnamed > 0.5:
+        marks = {other_side(name): mark for name, mark in found.marks.items()}
+        found = replace(found, marks=marks, nearer=found.nearer.other)
+    return replace(job, found=found, marks={found.frame: dict(found.marks)})
 
 
 def borne_out(one: Person, video: Video) -> Person:

@@ -1,11 +1,16 @@
-"""Which leg is the nearer one, as templates bear it out; and the start that a person makes."""
+"""Which leg is the nearer one, as templates and the film tell; and the start that a person makes."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.tracker.clip.filmed import as_video
-from tests.tracker.outline.films import FRAMES, MIDDLE, WALKER, a_walk, film
-from tracker.clip.naming import borne_out, marks_of, start_from, sure_of_leg
+from tests.tracker.clip.filmed import QUIET, as_video
+from tests.tracker.outline.films import FRAMES, MIDDLE, UNIT, WALKER, a_walk, film
+from tracker.clip.follow import follow
+from tracker.clip.job import Following
+from tracker.clip.naming import as_the_film_names, borne_out, marks_of, start_from, sure_of_leg
+from tracker.clip.outlines import DOUBTED
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +57,30 @@ def test_a_start_has_the_marks_of_its_person():
     assert start.marks == marks_of(one)
     for name, place in zip(WALKER.joints, a_walk().joints[MIDDLE], strict=True):
         assert (start.marks[name].x, start.marks[name].y) == pytest.approx(place, abs=0.006)
+
+
+def found_job(path, one, told="sure"):
+    return Following(model="cv").job(path, start_from(one, told))
+
+
+def test_a_start_that_contradicts_the_film_is_exchanged_and_unsure(video):
+    one = a_walk().person(MIDDLE)
+    job, wrong = found_job(video.path, one), found_job(video.path, one.exchanged)
+    run = follow(wrong, QUIET)
+    assert run.job == as_the_film_names(wrong, 0.9)
+    assert run.job.marks == job.marks
+    assert run.job.found.nearer is job.found.nearer
+    assert run.job.found.near_leg == "unsure"
+    near = run.track.joints()[:, run.track.figure.joints.index("near_knee")]
+    assert np.hypot(*(near - a_walk().joints[:, WALKER.joints.index("near_knee")]).T).mean() < 0.1 * UNIT
+    assert follow(job, QUIET).job is job
+
+
+def test_the_film_is_heard_only_where_it_clearly_says_something_of_a_found_start():
+    job = found_job("walk.mp4", a_walk().person(MIDDLE))
+    given, marked = found_job("walk.mp4", a_walk().person(), "given"), replace(job, found=None)
+    assert as_the_film_names(job, DOUBTED) is job
+    assert as_the_film_names(given, 0.9) is given
+    assert as_the_film_names(marked, 0.9) is marked
+    doubted = as_the_film_names(job, 0.4)
+    assert (doubted.marks, doubted.found.near_leg) == (job.marks, "unsure")
