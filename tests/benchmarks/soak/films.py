@@ -62,15 +62,17 @@ def walk(seed: int) -> Scene:
 
 
 def shot(rng: np.random.Generator) -> Shot:
-    """Some frames of some walk, in some size from 64 pixels on, even or odd."""
+    """Some frames of some walk, in some size from 64 pixels on, even or odd; at times another one follows."""
     scene = walk(int(rng.integers(WALKS)))
     first = int(rng.integers(0, FRAMES // 2)) if rng.random() < 0.3 else 0
     last = int(rng.integers(first, FRAMES)) if rng.random() < 0.3 else FRAMES - 1
     scale = rng.uniform(0.16, 0.4) if rng.random() < 0.1 else rng.uniform(0.6, 1.2)
     size = tuple(int(length * scale) + int(rng.integers(3)) for length in SIZE)
     ratio = np.array(size) / SIZE
+    after = walk(int(rng.integers(WALKS))).images if rng.random() < 0.1 else []
     images = [
-        cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in scene.images[first : last + 1]
+        cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        for image in (*scene.images[first : last + 1], *after)
     ]
     rows = [
         (t - first, name, round(x * ratio[0], 2), round(y * ratio[1], 2), seen)
