@@ -98,9 +98,10 @@ def _to_cut(video: Video, first: int, last: int, step: int, by: float, progress:
     if begin is None:
         return None
     by = max(max(video.width, video.height) / SIDE, by)
-    found = survey(chain([begin], images), by, total or 0)
-    last = first + (len(found.places) - 1) * step if shot.cut else last
-    return Surveyed(video, first, last, step, found, shot.cut, progress)
+    found = survey(chain([begin], images), by, total or 0, lambda: shot.beyond)
+    cut = shot.beyond > 0
+    last = first + (len(found.places) - 1) * step if cut else last
+    return Surveyed(video, first, last, step, found, cut, progress)
 
 
 def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:

@@ -1,8 +1,8 @@
 """One shot of a film: its pictures up to a hard cut, from which on it shows another scene.
 
 Thumbnails of different scenes are hardly correlated, and no motion of the camera leads from one to the other.
-What hides the scene for a moment, such as a flash or somebody close to the camera, is gone after a few
-pictures or changes all the time; after a cut several pictures in a row are alike.
+What hides the scene for a moment, such as a flash or somebody close to the camera, is gone within a second or
+changes all the time; after a cut several pictures in a row are alike.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,36 +20,36 @@ THUMB = 32, 18  # width and height of a thumbnail
 SAMPLES = 4  # of the picture along the side of a thumbnail's pixel
 ALIKE = 0.75  # least correlation of successive pictures of a scene; at least 0.87 in films of runners
 FLAT = 4.0  # contrast of a thumbnail, grey levels, below which a picture shows no scene
-PATIENCE = 5  # pictures that tell another scene
+ALIKE_ONES = 5  # successive pictures that show a scene
+PATIENCE = 30  # pictures in which the scene may come back
 
 
 class Shot:
-    """The pictures of a film up to its first hard cut.
+    """The pictures of a film up to its first hard cut, and some after it, from which it is told.
 
-    cut : whether there was one, once all have been read
+    beyond : how many of those read last are of another scene, once all have been read; 0 if there is no cut
     """
 
     def __init__(self, images: Iterable[Image]) -> None:
-        self.cut = False
+        self.beyond = 0
         self._images = images
 
     def __iter__(self) -> Iterator[Image]:
         scene: _Shown | None = None  # the last picture of the scene
-        other: list[_Shown] = []  # pictures that may be of another one
+        before: _Shown | None = None
+        since = alike = 0  # pictures since then, and how many of the last ones are alike
         for now in map(_Shown, self._images):
-            same = scene is None or now.alike(scene) or now.leads_from(scene)
-            if same or (other and not now.alike(other[-1])):
-                yield from (shown.image for shown in other)
-                other = []
-            if same:
-                yield now.image
+            yield now.image
+            if scene is None or now.alike(scene) or now.leads_from(scene):
                 scene = now if scene is None or not now.flat else scene
+                since = alike = 0
             else:
-                other.append(now)
-            if len(other) == PATIENCE:
-                self.cut = True
-                return
-        yield from (shown.image for shown in other)
+                since += 1
+                alike = alike + 1 if before is not None and now.alike(before) else 1
+            before = now
+            if since >= PATIENCE and alike >= ALIKE_ONES:
+                break
+        self.beyond = since if alike >= ALIKE_ONES else 0
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 Small pictures are kept from the first pass for the second; those of a long film are read again.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -64,13 +64,16 @@ class Survey:
             yield odds, even[..., 0].copy(), share
 
 
-def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
+def survey(
+    images: Iterable[Image], by: float, frames: int = 0, beyond: Callable[[], int] = lambda: 0
+) -> Survey:
     """Survey a film.
 
     Args:
         images: RGB, in order, at least one.
         by: number of the film's pixels along the side of a pixel of the small pictures.
         frames: approximate number of images, 0 if unknown.
+        beyond: number of the last images that are of another scene, which is known when all are read.
     """
     views: list[Image] = []
     held: list[Image] = []
@@ -96,8 +99,11 @@ def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
             views.append(lab)
             if len(views) > VIEWS:
                 every, views = 2 * every, views[::2]
-    scene = scene_of(views, [np.linalg.inv(up) @ place @ up for place in places[::every]])
-    return Survey(size, up, np.stack(places), scene, np.array(sure), held)
+    T = len(places) - beyond()
+    places = places[:T]
+    shown = [np.linalg.inv(up) @ place @ up for place in places[::every]]
+    scene = scene_of(views[: len(shown)], shown)
+    return Survey(size, up, np.stack(places), scene, np.array(sure[:T]), held[:T])
 
 
 def _lab(image: Image, size: tuple[int, int]) -> Image:

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tracker.survey.shot import PATIENCE, Shot
+from tracker.survey.shot import ALIKE_ONES, PATIENCE, Shot
 
 SIZE = 96, 64  # width and height
 
@@ -16,7 +16,7 @@ def shown(scene, frames, rng):
     """The scene in so many frames, with noise and somebody who walks through."""
     images = np.tile(scene, (frames, 1, 1, 1)) + rng.normal(0.0, 6.0, (frames, *scene.shape))
     for t, image in enumerate(images):
-        image[20:55, 3 * t : 3 * t + 8] = 20.0
+        image[20:55, 2 * t : 2 * t + 8] = 20.0
     return list(np.clip(images, 0, 255).astype(np.uint8))
 
 
@@ -27,35 +27,41 @@ def one(rng):
 
 @pytest.fixture
 def other(rng):
-    return shown(scene(rng), 20, rng)
+    return shown(scene(rng), PATIENCE + 9, rng)
 
 
 def read(images):
-    """How many pictures are read, and whether a cut is told."""
+    """How many pictures are read, and how many of these are of another scene."""
     shot = Shot(images)
-    return sum(1 for _ in shot), shot.cut
+    return sum(1 for _ in shot), shot.beyond
 
 
-def test_a_shot_ends_at_a_cut(one, other):
+def test_a_shot_ends_at_a_cut_or_little_later(one, other):
     shot = Shot(iter([*one, *other]))
-    for image, want in zip(shot, one, strict=True):
+    for image, want in zip(shot, [*one, *other[:PATIENCE]], strict=True):
         assert image is want
-    assert shot.cut
+    assert shot.beyond == PATIENCE
 
 
 def test_a_film_of_one_scene_is_one_shot(one):
-    assert read(one) == (20, False)
+    assert read(one) == (20, 0)
 
 
 @pytest.mark.parametrize("frames", [1, PATIENCE - 1])
 def test_what_hides_the_scene_for_a_moment_is_no_cut(frames, one, other):
-    assert read([*one[:10], *other[:frames], *one[10:]]) == (20 + frames, False)
-    assert read([*one, *other[:frames]]) == (20 + frames, False)
+    assert read([*one[:10], *other[:frames], *one[10:]]) == (20 + frames, 0)
+
+
+@pytest.mark.parametrize("frames", [ALIKE_ONES - 1, ALIKE_ONES])
+def test_a_film_may_end_soon_after_a_cut(frames, one, other):
+    assert read([*one, *other[:frames]]) == (20 + frames, frames if frames == ALIKE_ONES else 0)
 
 
 def test_pictures_that_change_all_the_time_are_no_cut(one, rng):
     passing = [image for _ in range(PATIENCE) for image in shown(scene(rng), 1, rng)]
-    assert read([*one, *passing, *one]) == (40 + PATIENCE, False)
+    assert read([*one, *passing, *one]) == (40 + PATIENCE, 0)
+    still = shown(scene(rng), ALIKE_ONES, rng)
+    assert read([*one, *passing, *still]) == (20 + PATIENCE + ALIKE_ONES, PATIENCE + ALIKE_ONES)
 
 
 def test_what_follows_a_fade_is_another_shot(one, other):
@@ -63,16 +69,17 @@ def test_what_follows_a_fade_is_another_shot(one, other):
         (image * share).astype(np.uint8) for image, share in zip(one, np.linspace(1, 0, 20), strict=True)
     ]
     black = [np.zeros_like(one[0])] * 8
-    assert read([*one, *faded, *black, *other]) == (48, True)
-    assert read([*one, *faded, *black, *one]) == (68, False)
+    assert read([*one, *faded, *black, *other]) == (48 + PATIENCE, PATIENCE)
+    assert read([*one, *faded, *black, *one]) == (68, 0)
 
 
 def test_neither_a_pan_nor_another_light_is_a_cut(rng):
     wide = cv2.resize(rng.uniform(0.0, 255.0, (6, 60, 3)), (640, 64), interpolation=cv2.INTER_CUBIC)
     shares = np.linspace(1.0, 0.4, 60)[:, None, None, None]
     panned = shares * np.stack([wide[:, 9 * t : 9 * t + SIZE[0]] for t in range(60)])
-    assert read(list(np.clip(panned, 0, 255).astype(np.uint8))) == (60, False)
-    assert read(list(np.clip(panned[[0, 30] * 5].repeat(6, axis=0), 0, 255).astype(np.uint8)))[1]
+    panned = np.clip(panned, 0, 255).astype(np.uint8)
+    assert read(list(panned)) == (60, 0)
+    assert read(list(panned[[0, 30]].repeat(9, axis=0))) == (18, 9)
 
 
 def test_a_jump_of_the_camera_is_no_cut(rng):
@@ -82,5 +89,5 @@ def test_a_jump_of_the_camera_is_no_cut(rng):
         list(np.clip(wide[None, :, x : x + 320], 0, 255).astype(np.uint8).repeat(10, axis=0))
         for x in (0, 12, 320)
     )
-    assert read([*here, *there]) == (20, False)
-    assert read([*here, *elsewhere]) == (10, True)
+    assert read([*here, *there]) == (20, 0)
+    assert read([*here, *elsewhere]) == (20, 10)

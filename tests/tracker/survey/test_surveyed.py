@@ -158,6 +158,16 @@ def test_a_film_is_read_once_and_few_of_its_frames_are_held(monkeypatch, rng):
     assert max(held) <= 2
 
 
+@pytest.mark.parametrize("views", [60, 12], ids=["all are views", "some are"])
+def test_the_last_images_may_be_of_another_scene(views, still, monkeypatch):
+    monkeypatch.setattr(surveyed, "VIEWS", views)
+    alone = survey(still.images, 1.0)
+    found = survey([*still.images, *(255 - still.images[:3])], 1.0, 0, lambda: 3)
+    np.testing.assert_array_equal(found.scene.lab, alone.scene.lab)
+    for one, other in ((found.places, alone.places), (found.sure, alone.sure), (found.held, alone.held)):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_a_film_is_read_again_only_where_its_small_pictures_are_too_many_to_hold(still, monkeypatch):
     found = survey(iter(still.images), 2.0)
     kept = list(found.seen(iter([])))
