@@ -5,23 +5,25 @@ What hides the scene for a moment, such as a flash or somebody close to the came
 changes all the time; after a cut several pictures in a row are alike.
 """
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
+import cv2
 import numpy as np
 
 from tracker.picture.camera import Camera
 from tracker.picture.pyramid import Array, Image
-from tracker.picture.small import reduced
 
 THUMB = 32, 18  # width and height of a thumbnail
-SAMPLES = 4  # of the picture along the side of a thumbnail's pixel
+SAMPLED = 128, 72  # of the pixels of the picture that it is made of
 ALIKE = 0.75  # least correlation of successive pictures of a scene; at least 0.87 in films of runners
 FLAT = 4.0  # contrast of a thumbnail, grey levels, below which a picture shows no scene
 ALIKE_ONES = 5  # successive pictures that show a scene
 PATIENCE = 30  # pictures in which the scene may come back
+KEYS, STEP = 3, 10  # earlier pictures that are compared, as the last may be half covered; one of so many
 
 
 class Shot:
@@ -35,13 +37,16 @@ class Shot:
         self._images = images
 
     def __iter__(self) -> Iterator[Image]:
-        scene: _Shown | None = None  # the last picture of the scene
-        before: _Shown | None = None
-        since = alike = 0  # pictures since then, and how many of the last ones are alike
-        for now in map(_Shown, self._images):
-            yield now.image
-            if scene is None or now.alike(scene) or now.leads_from(scene):
+        keys: deque[_Shown] = deque(maxlen=KEYS)  # of the scene
+        scene = before = None  # its last picture, and the last one of all
+        since = alike = 0  # pictures after the scene's last, and how many of the last ones are alike
+        for t, image in enumerate(self._images):
+            yield image
+            now = _Shown(image)
+            if scene is None or any(now.alike(one) or now.leads_from(one) for one in (scene, *keys)):
                 scene = now if scene is None or not now.flat else scene
+                if t % STEP == 0:
+                    keys.append(scene)
                 since = alike = 0
             else:
                 since += 1
@@ -61,8 +66,8 @@ class _Shown:
     @cached_property
     def thumbnail(self) -> Array:
         """(n,) grey levels less each channel's mean, which changes with the light."""
-        every = max(self.image.shape[1] // (SAMPLES * THUMB[0]), 1)
-        small = reduced(np.ascontiguousarray(self.image[::every, ::every]), THUMB).astype(np.float64)
+        some = cv2.resize(self.image, SAMPLED, interpolation=cv2.INTER_NEAREST)
+        small = cv2.resize(some, THUMB, interpolation=cv2.INTER_AREA).astype(np.float64)
         return np.asarray(small - small.mean((0, 1))).ravel()
 
     @cached_property

@@ -52,6 +52,14 @@ def test_what_hides_the_scene_for_a_moment_is_no_cut(frames, one, other):
     assert read([*one[:10], *other[:frames], *one[10:]]) == (20 + frames, 0)
 
 
+def test_who_passes_close_to_the_camera_makes_no_cut(rng, one):
+    film, coat = [*one, *one[::-1], *one], scene(rng)
+    for t, image in enumerate(film[20:40]):
+        covered = slice(max(0, 16 * t - 200), 16 * t)
+        image[:, covered] = coat[:, : image[:, covered].shape[1]]
+    assert read(film) == (60, 0)
+
+
 @pytest.mark.parametrize("frames", [ALIKE_ONES - 1, ALIKE_ONES])
 def test_a_film_may_end_soon_after_a_cut(frames, one, other):
     assert read([*one, *other[:frames]]) == (20 + frames, frames if frames == ALIKE_ONES else 0)
