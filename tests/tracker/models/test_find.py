@@ -161,9 +161,9 @@ def test_a_frame_rate_too_far_from_the_models_is_refused_with_what_works(fps, ra
 
 def test_a_playback_speed_counts_before_anybody_is_looked_for(monkeypatch, tmp_path):
     """Filmed at 480 frames a second, played at 120, a clip has a model."""
-    video = SimpleNamespace(fps=480.0, count_hint=None, pictures=lambda *_: ["a frame"])
-    monkeypatch.setattr("tracker.clip.asked.Video", lambda path: video)
-    monkeypatch.setattr("tracker.clip.found.surveyed", lambda *_: None)
+    short = SimpleNamespace(last=0, cut=False, enough=False, survey=SimpleNamespace(places=[0]))
+    monkeypatch.setattr("tracker.clip.asked.Video", lambda _: SimpleNamespace(fps=480.0, count_hint=None))
+    monkeypatch.setattr("tracker.clip.found.surveyed", lambda *_: short)
     with pytest.raises(ValueError, match="cannot be had at 480"):
         asked(Following(), tmp_path / "a.mp4", None, None, Progress("quiet"))
     with pytest.raises(FoundError, match="in fewer than 160 frames"):
