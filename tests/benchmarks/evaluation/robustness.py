@@ -72,7 +72,7 @@ STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on bo
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
 accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
-Without marks all 12 clips are followed.
+The last two columns are of 12 clips, without marks.
 """
 SOAK = """\
 `make soak` runs random commands on random films for an hour, kills a third, and checks how each ends. An
