@@ -72,7 +72,6 @@ STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on bo
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
 accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
-The last two columns are of 12 clips, without marks.
 """
 SOAK = """\
 `make soak` runs random commands on random films for an hour, kills a third, and checks how each ends. An
@@ -239,7 +238,7 @@ def _by_row(clips: Sequence[Path], scores: Scores, unmarked: Scores | None = Non
         followed, errors = ", not ".join([f"{_kept(row)}", *lost_ones]), _errors(row)
         rows.append([name, followed, f"{np.mean(errors):.3f}", f"{max(errors):.3f}"])
     if unmarked is not None:
-        header += ["without marks", "mean error"]
+        header += [f"of {len(unmarked[DROPPED])} without marks", "mean error"]
         for cells, row in zip(rows, unmarked.values(), strict=True):
             cells += [f"{_kept(row)}", f"{np.mean(_errors(row)):.3f}"]
     return table(header, rows)
