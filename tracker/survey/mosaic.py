@@ -26,7 +26,7 @@ DARK = 60.0  # lightness below which colours are closer to each other
 SLIP = 0.3  # error of the camera's path, pixels of the small picture
 SIGMA = 1.4826  # standard deviation of a Gaussian over its median absolute deviation
 GREY, HARDLY = 128, 3  # stored chroma of grey, and its error by coding
-SOME = 3  # every such row and column is checked for colours
+SOME = 3  # every such row and column is checked for colours and light
 AT_ONCE = 24 * 2**20  # size of the pictures whose medians are taken together, bytes
 LITTLE = 0.05  # change of light, natural logarithm, up to which it is called steady
 COMMON = 0.25  # of a change common to the picture, share by which the median pixel's change deviates at most
@@ -75,8 +75,9 @@ class Scene:
             image: (h, w, 3) Lab, uint8.
             place: (3, 3) map from its pixels to those of the first frame.
         """
-        lab, _, known = self.seen(place, image.shape[1::-1])
-        return light_of(image, lab, known)
+        some = image[::SOME, ::SOME]
+        lab, _, known = self.seen(place @ np.diag([SOME, SOME, 1.0]), some.shape[1::-1])
+        return light_of(some, lab, known)
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:

@@ -3,7 +3,7 @@
 Small pictures are kept from the first pass for the second; those of a long film are read again.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -31,7 +31,7 @@ class Survey:
     places : (T, 3, 3) map from each frame's pixels of the film to the first frame's
     scene  : in pixels of the small pictures
     sure   : (T,) whether enough corners agreed on the camera's place
-    held   : the T small pictures in Lab; none if they exceed HELD bytes
+    held   : (T, h, w, 3) the small pictures in Lab; none if they exceed HELD bytes
     """
 
     size: tuple[int, int]
@@ -39,7 +39,7 @@ class Survey:
     places: Array
     scene: Scene
     sure: NDArray[np.bool_]
-    held: Sequence[Image]
+    held: Image
 
     def seen(
         self, images: Iterable[Image], expected: Expected = USUAL
@@ -53,7 +53,7 @@ class Survey:
             expected: prior shares of grey clothes, shadow and hidden foreground.
         """
         down = np.linalg.inv(self.up)
-        labs = self.held or (_lab(image, self.size) for image in images)
+        labs = self.held if len(self.held) else (_lab(image, self.size) for image in images)
         for lab, place in zip(labs, self.places, strict=False):
             way = down @ place @ self.up
             share = 1.0 if self.scene.steady else self.scene.light(lab, way).share
@@ -75,8 +75,6 @@ def survey(
         frames: approximate number of images, 0 if unknown.
         beyond: number of the last images that are of another scene, which is known when all are read.
     """
-    views: list[Image] = []
-    held: list[Image] = []
     places, sure = [], []
     camera: Camera | None = None
     every = 1
@@ -85,25 +83,37 @@ def survey(
             film = image.shape[1], image.shape[0]
             size = small_size(*film, by)
             up = to_film(size, film)
+            views, held = _room(size, frames)
         camera = Camera(image) if camera is None else camera.follow(image)
         places.append(camera.place)
         sure.append(camera.sure)
-        holds = len(held) == t and max(t + 1, frames) * size[0] * size[1] * 3 <= HELD
-        if holds or t % every == 0:
+        if t < len(held) or t % every == 0:
             lab = _lab(image, size)
-        if holds:
-            held.append(lab)
-        else:
-            held.clear()
+        if t < len(held):
+            held[t] = lab
         if t % every == 0:
-            views.append(lab)
-            if len(views) > VIEWS:
-                every, views = 2 * every, views[::2]
-    T = len(places) - beyond()
+            views[t // every] = lab
+            if t // every == VIEWS:
+                views[: VIEWS // 2 + 1] = views[::2]
+                every *= 2
+    T, whole = len(places) - beyond(), len(places) <= len(held)
     places = places[:T]
     shown = [np.linalg.inv(up) @ place @ up for place in places[::every]]
-    scene = scene_of(views[: len(shown)], shown)
-    return Survey(size, up, np.stack(places), scene, np.array(sure[:T]), held[:T])
+    scene = scene_of(list(views[: len(shown)]), shown)
+    return Survey(size, up, np.stack(places), scene, np.array(sure[:T]), held[: T if whole else 0])
+
+
+def _room(size: tuple[int, int], frames: int) -> tuple[Image, Image]:
+    """Room for views of the scene, and for the pictures of a film of so many frames if it holds them.
+
+    Pictures kept as separate arrays would fragment the memory.
+    """
+    shape = size[1], size[0], 3
+    most = HELD // int(np.prod(shape))
+    return (
+        np.empty((VIEWS + 1, *shape), np.uint8),
+        np.empty((most if frames <= most else 0, *shape), np.uint8),
+    )
 
 
 def _lab(image: Image, size: tuple[int, int]) -> Image:

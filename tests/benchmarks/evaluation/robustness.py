@@ -97,7 +97,8 @@ def main() -> None:
     told = measured(told_of, wrong, progress, "marks put wrongly")
     alone = measured(parts.told, cut, progress, "parts of films")
     answers = dict(zip(wrong, told, strict=True)), dict(zip(cut, alone, strict=True))
-    unmarked = measured_by(SHOTS, [*clips, *hard], from_no_marks, progress, "disturbed pictures, no marks")
+    without = partial(disturbed, False)
+    unmarked = measured_by(SHOTS, [*clips, *hard], without, progress, "disturbed pictures, no marks")
     options.out.write_text(page(clips, unmarked, *measure(clips, progress), *answers), encoding="utf-8")
 
 
@@ -110,23 +111,18 @@ def measure(clips: Sequence[Path], progress: Progress) -> tuple[Scores, Scores, 
     starts = measured_by(clips, range(DRAWS), from_moved_marks, progress, "disturbed starts")
     walks = measured(past_shrubs, zip(WALKS, strict=True), progress, "rendered walks")
     return (
-        measured_by(SHOTS, clips, disturbed, progress, "disturbed pictures"),
+        measured_by(SHOTS, clips, partial(disturbed, True), progress, "disturbed pictures"),
         {clip.stem: row for clip, row in starts.items()},
         measured_by(FEET, clips, without_feet, progress, "feet not marked"),
         {name: [scores[name] for scores in walks] for name in WAYS},
     )
 
 
-def disturbed(name: str, clip: Path) -> Score | None:
-    """The score of a clip whose pictures are disturbed; None, here and below, where the start is refused."""
+def disturbed(marked: bool, name: str, clip: Path) -> Score | None:
+    """The score of a clip whose pictures are disturbed, from its marks or without; None, here and below,
+    where the start is refused."""
     film = SHOTS[name](read_film(clip, marks_of(clip)))
-    return _score_film(film, film.marks)
-
-
-def from_no_marks(name: str, clip: Path) -> Score | None:
-    """The score of a clip whose pictures are disturbed and whose start is found."""
-    film = SHOTS[name](read_film(clip, marks_of(clip)))
-    return _score_film(film, None)
+    return _score_film(film, film.marks if marked else None)
 
 
 def from_moved_marks(clip: Path, draw: int) -> Score | None:

@@ -17,6 +17,9 @@ POSED = len(WALKER.pose_freedoms)
 WEAK = np.diag(np.r_[0.2, 0.2, np.full(POSED - 2, 0.3), np.full(D - POSED, 0.05)] ** 2)
 
 
+SQUARE = 5  # side of a square of the chequered scene, pixels of the coarsest level
+
+
 def registered(before, after, q, prior, settings, *, figure=WALKER, view=VIEW):
     """Templates cut from one picture in pose q, laid on another from a prior."""
     templates = cut(figure, view, q, levels_of(before, settings, view), settings)
@@ -59,8 +62,8 @@ MOTIONS = {
 }
 
 
-def chequered(rng, step=5):
+def chequered(rng):
     """What lies behind the figure differs by 0 here and 2 there."""
     width, height = SIZE
-    differs = 2.0 * rng.integers(0, 2, (-(-height // step), -(-width // step)))
-    return Scenery(differs.astype(np.float32), step)
+    differs = 2.0 * rng.integers(0, 2, (-(-height // SQUARE), -(-width // SQUARE)))
+    return Scenery(differs.astype(np.float32), SQUARE)
