@@ -35,9 +35,10 @@ def light_of(image: Image, lab: Planes, known: NDArray[np.bool_]) -> Light:
         lab: (h, w, 3) the scene's grey levels in it.
         known: (h, w) whether the scene is known.
     """
-    now, scene = (_greys(planes[known, 0]) for planes in (image, lab))
-    if not len(now):
+    if not known.any():
         return Light()
+    levels = _greys()
+    now, scene = levels[image[known, 0]], np.interp(lab[known, 0], np.arange(LEVELS), levels)
     shares = np.log((now / scene)[scene >= np.percentile(scene, BRIGHT)])
     share = np.median(shares)
     return Light(float(np.exp(share)), float(np.median(np.abs(shares - share))))
@@ -59,9 +60,8 @@ def relit_lab(image: Image, share: float) -> Image:
     return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2Lab), np.uint8)
 
 
-def _greys(lightness: Array | Planes | Image) -> Array:
-    """Stored grey levels of this lightness (n,), stored values of L; at least 1."""
+def _greys() -> Array:
+    """(LEVELS,) the stored grey level, at least 1, of each stored value of lightness."""
     ramp = np.full((LEVELS, 1, 3), 128, np.uint8)
     ramp[:, 0, 0] = np.arange(LEVELS)
-    levels = cv2.cvtColor(ramp, cv2.COLOR_Lab2RGB)[:, 0, 1].astype(np.float64)
-    return np.asarray(np.interp(lightness, np.arange(LEVELS), np.maximum(levels, 1.0)))
+    return np.maximum(cv2.cvtColor(ramp, cv2.COLOR_Lab2RGB)[:, 0, 1], 1.0)
