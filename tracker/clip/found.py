@@ -52,6 +52,12 @@ def people(
             return []
         seen = _walking(film, facing)
         if seen:
+            if film.cut:
+                after = film.last + 1
+                progress.note(
+                    f"from frame {after} on another scene is shown; "
+                    f"'figtrack track --from {after}' finds who walks there"
+                )
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
         if film.last == stop or not (film.cut or len(film.survey.places) == WINDOW):  # nothing is left
             return []

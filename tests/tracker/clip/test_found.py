@@ -243,11 +243,14 @@ def test_limbs_of_who_moves_on_the_spot_are_nobody(walk, video, monkeypatch):
     assert len(left(stays, large)) == 1
 
 
-def test_of_several_scenes_the_first_is_searched_in_which_anybody_walks(walk, tmp_path):
+def test_of_several_scenes_the_first_is_searched_in_which_anybody_walks(walk, tmp_path, capsys):
     empty = 255 - np.repeat(film(np.random.default_rng(3), frames=1, walker=False).images, 25, axis=0)
-    (one,) = people(as_video(np.concatenate([empty, walk.images, empty]), tmp_path), QUIET)
+    (one,) = people(as_video(np.concatenate([empty, walk.images, empty]), tmp_path), Progress("json"))
     assert (one.first, one.last) == (25, 25 + len(walk.q) - 1)
     assert np.hypot(*(one.joints - walk.joints[one.frame - 25]).T).mean() < 0.06 * UNIT
+    (note,) = (line for line in capsys.readouterr().err.splitlines() if "note" in line)
+    beyond = one.last + 1
+    assert f"from frame {beyond} on another scene is shown; 'figtrack track --from {beyond}'" in note
 
 
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
