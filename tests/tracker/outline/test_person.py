@@ -10,6 +10,7 @@ from tracker.clip.found import TURNED
 from tracker.outline import person as outlines
 from tracker.outline.bodies import Path
 from tracker.outline.person import GOES, person
+from tracker.survey.evidence import NOTHING, UNITS
 
 ANKLES = [WALKER.joints.index(name) for name in ("near_ankle", "far_ankle")]
 
@@ -80,6 +81,20 @@ def test_a_start_is_found_where_every_link_is_seen_if_there_is_such_a_frame(walk
     assert found not in (None, one.frame - one.first)
     nowhere = replace(one.outline, shown=np.zeros_like(seen))
     assert outlines._clearest(stage, nowhere, WALKER, slice(None)) is not None
+
+
+def test_foreground_around_a_figure_speaks_against_it(walk, rng):
+    film = walk.part(slice(8, 28))
+    stage, outline = film.stage(rng), film.person().outline
+    clear, beside = stage.odds.copy(), stage.odds.copy()
+    for t, (x, y) in enumerate(film.hips.round().astype(int)):
+        rows, columns = slice(y + 8, y + 22), slice(x + 33, x + 47)  # before the legs
+        clear[t, rows, columns] = beside[t, rows, columns] = NOTHING
+        beside[t, rows, columns][2:-2, 2:-2] = NOTHING + 2.0 * UNITS
+    without, with_it = (
+        outlines._explained(replace(stage, odds=odds), outline, WALKER) for odds in (clear, beside)
+    )
+    assert without - with_it == pytest.approx(100 * 2.0, rel=0.05)  # square pixels times log odds
 
 
 def test_who_is_never_in_sight_as_a_whole_is_nobody(walk, rng):
