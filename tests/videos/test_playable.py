@@ -105,6 +105,7 @@ def test_no_sound_no_names_and_the_index_in_front(tmp_path, images):
     "how",
     [
         {"codec": "mpeg4"},
+        {"codec": "libx265"},
         {"pixels": "yuv444p"},
         {"pixels": "yuv420p10le"},
         {"x264": "sar=2/1"},
