@@ -167,6 +167,24 @@ def joint_jacobian(figure: Figure, q: Array) -> Array:
     return np.concatenate([base, tips], axis=-3)
 
 
+def angle_gradients(figure: Figure, q: Array) -> Array:
+    """(..., L, 1 + L, 2) derivative of each link's angle by the places of joints, radians per leg length.
+
+    The angles are those between lines through the joints at both ends of links, as marks give them; 0 for a
+    link that does not turn.
+    """
+    bones, joint = skeleton(figure, q), np.eye(1 + len(figure.links))
+    starts = np.zeros((len(figure.links), len(joint)))
+    for i, parent in enumerate(figure.parents):
+        at = figure.links[i].at
+        starts[i] = joint[0] if parent < 0 else (1.0 - at) * starts[parent] + at * joint[1 + parent]
+    across = bones.normal / bones.length[..., None]
+    turned = (joint[1:] - starts)[:, :, None] * across[..., None, :]
+    parents = np.array(figure.parents)
+    turned[..., parents >= 0, :, :] -= turned[..., parents[parents >= 0], :, :]
+    return np.asarray(turned * figure.layout.sense[:, None, None])
+
+
 def covering(
     figure: Figure, bones: Skeleton, points: Array, link: Index, margin: float = 0.0
 ) -> NDArray[np.bool_]:

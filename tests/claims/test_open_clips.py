@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kinematics.recover import recover
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.cases import QUIET, first_whole, marks_of
 from tracker.clip.follow import follow
@@ -147,3 +148,26 @@ def doubted(path):
 def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_doubted(clips, tracks):
     assert not any(track.misnamed > 0.0 for track in tracks[LEARNED].values())
     assert sum(doubted(path) for path in clips) >= 11
+
+
+def angles_inside(clip, track):
+    """Whether each angle between visible marks, but those of the start, is within two sigma."""
+    marks, figure, inside = marks_of(clip), track.figure, []
+    sigmas = {k: track.sigma(k) for k in map(figure.index, figure.pose_freedoms[2:])}
+    for frame, row in marks.items():
+        t = frame - track.first
+        points = {
+            name: track.view_at(t).to_body(np.array([mark.x, mark.y]))
+            for name, mark in row.items()
+            if mark.visible and name in figure.joints
+        }
+        if frame != first_whole(marks) and figure.base in points:
+            q, known = recover(figure, points)
+            inside += [abs(q[k] - track.q[t, k]) < 2.0 * each[t] for k, each in sigmas.items() if known[k]]
+    return inside
+
+
+def test_the_bands_about_angles_hold_what_the_marks_show(clips, tracks):
+    inside = [one for clip in clips for one in angles_inside(clip, tracks[LEARNED][clip.stem])]
+    assert len(inside) > 1000
+    assert 0.88 <= np.mean(inside) <= 0.98, np.mean(inside)

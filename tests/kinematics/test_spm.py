@@ -1,10 +1,22 @@
 """The scaled prismatic model: points against a tree walked anew, Jacobians against differences, layers."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.spm import View, covering, jacobian, joint_jacobian, joints, motions, skeleton, surface
+from kinematics.spm import (
+    View,
+    angle_gradients,
+    covering,
+    jacobian,
+    joint_jacobian,
+    joints,
+    motions,
+    skeleton,
+    surface,
+)
 from tests.kinematics.figures import FOOTLESS, HORSE, WALKER, Puppet, every_figure, random_pose, upright
 from tests.oracles import central_difference
 
@@ -33,6 +45,40 @@ def test_surface_points_lie_where_the_tree_walked_anew_puts_them(figure, rng):
     puppet = Puppet(figure, q)
     want = [puppet.point(figure.links[i], u, v) for i, u, v in zip(link, along, across, strict=True)]
     assert_allclose(surface(skeleton(figure, q), link, along, across), want, atol=1e-13)
+
+
+@every_figure
+def test_angle_gradients_are_the_derivative_of_angles_measured_between_joints(figure, rng):
+    links = {link.name: link for link in figure.links}
+
+    def measured(places):
+        """Each link's angle by the places (1 + L, 2) of joints, 0 where it does not turn."""
+        tips = dict(zip(links, places[1:], strict=True))
+
+        def start(link):
+            if link.parent is None:
+                return places[0]
+            parent = links[link.parent]
+            return start(parent) + link.at * (tips[parent.name] - start(parent))
+
+        def heading(link):
+            ahead, up = tips[link.name] - start(link)
+            return math.atan2(up, ahead)
+
+        relative = [
+            heading(link) - link.rest - (heading(links[link.parent]) if link.parent else 0.0)
+            for link in figure.links
+        ]
+        turns = [link.sense * (link.freedom is not None) for link in figure.links]
+        return np.multiply(turns, relative)
+
+    q = random_pose(figure, rng, size=0.1)
+    places = joints(figure, q)
+    angles = [q[figure.index(link.freedom)] if link.freedom else 0.0 for link in figure.links]
+    assert_allclose(np.exp(1j * (measured(places) - angles)), 1.0, atol=1e-12)
+    want = central_difference(measured, places, 1e-6).reshape(len(links), *places.shape)
+    assert_allclose(angle_gradients(figure, q), want, rtol=0.0, atol=1e-7)
+    assert_allclose(angle_gradients(figure, np.stack([q, q]))[1], want, rtol=0.0, atol=1e-7)
 
 
 @every_figure

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, transpose
 from kinematics.figure import ROOT, Figure
-from kinematics.spm import View, joint_jacobian, joints
+from kinematics.spm import View, angle_gradients, joint_jacobian, joints
 from tracker.loop.outcome import Outcome
 from tracker.progress import tally
 
@@ -109,11 +109,20 @@ class Track:
         return out
 
     def sigma(self, k: int) -> Array:
-        """(T,) standard deviation of a freedom; with the mixture of `joint_covs` if the legs may be
-        misnamed."""
-        twin = self.figure.exchanged[k]
-        other = self.cov[:, twin, twin] + (self.q[:, twin] - self.q[:, k]) ** 2
-        return np.asarray(np.sqrt((1.0 - self.misnamed) * self.cov[:, k, k] + self.misnamed * other))
+        """(T,) standard deviation of an angle of the pose between marked joints, radians: from the pose and,
+        as for `joint_covs`, from the error of their marks; with its mixture if the legs may be misnamed."""
+        own, other = (self.cov[:, i, i] + self._marked_angles[:, i] for i in (k, self.figure.exchanged[k]))
+        apart = self.q[:, self.figure.exchanged[k]] - self.q[:, k]
+        return np.asarray(np.sqrt((1.0 - self.misnamed) * own + self.misnamed * (other + apart**2)))
+
+    @cached_property
+    def _marked_angles(self) -> Array:
+        """(T, D) variance of the angles by the error of marks, radians squared; 0 for other freedoms."""
+        found, layout = np.zeros(self.q.shape), self.figure.layout
+        for some in blocks(len(found)):
+            squares = np.square(self.mark * angle_gradients(self.figure, self.q[some])).sum((-2, -1))
+            found[some, layout.angle[layout.turns]] = squares[:, layout.turns]
+        return found
 
     def to_dataframe(self) -> "pd.DataFrame":
         """A row a frame: time_s, motion, outcome, the pose, and joints as NAME_x and NAME_y, pixels.

@@ -159,6 +159,25 @@ def test_joints_of_some_rows_are_those_of_all_rows(track, monkeypatch):
     assert_allclose(track.joint_covs(some), covs[some], rtol=1e-9)
 
 
+def test_angles_spread_by_the_pose_and_by_the_error_of_marks(track, rng, monkeypatch):
+    monkeypatch.setattr("tracker.run.track.BLOCK", 2)
+    track, t, draws = replace(track, mark=0.01), 3, 100_000
+    body = Puppet(WALKER, track.q[t]).joints()
+    marked = {name: at + rng.normal(scale=track.mark, size=(draws, 2)) for name, at in body.items()}
+
+    def heading(start, tip):
+        """Complex, so that differences are not cut off."""
+        x, y = (marked[tip] - marked[start]).T
+        return x + 1j * y
+
+    thigh, shank = heading("hip", "near_knee"), heading("near_knee", "near_ankle")
+    drawn = {"hip_near": thigh, "knee_near": shank * thigh.conj(), "torso": heading("hip", "neck")}
+    for name, turned in drawn.items():
+        k = WALKER.index(name)
+        apart = np.angle(turned / turned.mean())
+        assert track.sigma(k)[t] == pytest.approx(np.sqrt(track.cov[t, k, k] + apart.var()), rel=0.02)
+
+
 def test_joints_of_legs_that_may_be_misnamed_spread_as_draws_of_either_naming(track, rng):
     # Spread as wide as legs are apart, and differently of each leg.
     wide = np.array([60.0 if "near" in name else 20.0 for name in WALKER.freedoms])
@@ -167,7 +186,7 @@ def test_joints_of_legs_that_may_be_misnamed_spread_as_draws_of_either_naming(tr
     wrong = rng.random(draws) < doubted.misnamed
     for name, other in (("knee_near", "knee_far"), ("torso", "torso")):
         k, twin = WALKER.index(name), WALKER.index(other)
-        means, spreads = track.q[1, [k, twin]], np.sqrt(np.diagonal(track.cov[1])[[k, twin]])
+        means, spreads = track.q[1, [k, twin]], [track.sigma(i)[1] for i in (k, twin)]
         apart = np.where(wrong, *rng.normal(means[::-1], spreads[::-1], (draws, 2)).T) - means[0]
         assert doubted.sigma(k)[1] == pytest.approx(np.sqrt((apart**2).mean()), rel=0.01)
     for name, other in (("near_ankle", "far_ankle"), ("hip", "hip")):
