@@ -64,7 +64,8 @@ def announced(container: InputContainer, stream: VideoStream) -> tuple[float, in
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)
     elif container.duration:
-        seconds = container.duration / av.time_base
+        late = container.start_time if "matroska" in container.format.name else 0
+        seconds = (container.duration - max(late, 0)) / av.time_base  # Matroska counts from time zero
     # A clip trimmed on a phone has a shorter duration but its old frame count, hence the lesser.
     counts = stream.frames, round(seconds * average)
     return fps, min((count for count in counts if count), default=None)

@@ -39,6 +39,15 @@ def test_every_frame_comes_back_in_order_with_its_content_and_time(tmp_path):
     assert video.cut_short is None
 
 
+@pytest.mark.parametrize("format", ["matroska", "mp4", "mpegts"])
+def test_a_film_that_begins_late_has_no_more_frames_for_that(format, tmp_path):
+    ticks = [100_000 + round(1000 * t / 30) for t in range(40)]
+    video = Video(make_clip(tmp_path / "walk", [picture(t) for t in range(40)], format=format, ticks=ticks))
+    assert video.count_hint == pytest.approx(40, abs=1)
+    assert len(list(video)) == 40
+    assert video.cut_short is None
+
+
 STRETCHES = [
     (0, 39, 1),
     (9, 8, 1),

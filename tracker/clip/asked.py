@@ -50,9 +50,9 @@ def asked(
     # Errors in the options are raised before the search of the film, which takes longer.
     find_model(how.model, film.fps, how.tuned(settings), how.rate or 1.0, figure)
     everybody = people(film, progress, how.from_ or 0, how.stop, towards(how.facing))
-    # A part may show people in another order than the film, in which their numbers are told.
-    part = how.from_ is not None or how.stop is not None
-    listed = people(film, progress) if how.person is not None and part else None
+    # In a part, or with their facing given, people may come in another order than that of their numbers.
+    otherwise = how.from_ is not None or how.stop is not None or how.facing is not None
+    listed = people(film, progress) if how.person is not None and otherwise else None
     found = start_of(everybody, how, film, listed)
     of_figure = {name: mark for name, mark in found.marks.items() if name in figure.marks}
     return how.job(video, replace(found, marks=of_figure), settings)

@@ -23,7 +23,7 @@ from tracker.loop.begin import begin
 from tracker.loop.both_ways import Passage, prolong
 from tracker.loop.detections import Detector
 from tracker.loop.estimate import Estimate
-from tracker.loop.outcome import Outcome
+from tracker.loop.outcome import Outcome, in_time
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
 from tracker.loop.trail import Trail
 from tracker.often import crowded
@@ -89,7 +89,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
     if kept is not None:
         track = kept.joined(track)
     rate = job.rate or playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
-    track = replace(track, motions=motions_of(plan, track, rate))
+    track = replace(track, motions=motions_of(plan, track, rate), outcome=in_time(track.outcome))
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(
         job=job,
@@ -119,9 +119,9 @@ def _followed(
     """Times of the job's frames, and estimates of the span's: from a frame to another, None for the last."""
     job, frame, (first, last) = plan.job, plan.frame, span
     reel = Reel(plan.video, job.stop, lights=plan.lights)
-    end = plan.video.count_hint if last is None else last + 1
+    ends = [end for end in (plan.video.count_hint, None if last is None else last + 1) if end is not None]
     images = reel.ahead()
-    foreseen = end and end - first
+    foreseen = max(min(ends) - first, 0) if ends else None
     with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:
         marked = next(islice(clock.timed("read", images), frame, None), None)
         if marked is None:
@@ -213,7 +213,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
 
 def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere, but not
-    in frames whose marks the track passes through."""
+    in corrected frames, through whose marks the track passes."""
     covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
     anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
     outline = {} if plan.measured else plan.points

@@ -76,8 +76,17 @@ def _walking(film: Surveyed, facing: int | None) -> list[Person]:
         if not unclear and (seen or not grey):
             break
         again = _before(film.stage(1, expected), facing, unclear or None)
-        seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
+        seen = _each_once([one if _clear(one) else _clearer(one, again) for one in seen]) if seen else again
     return _whole(seen, film, spot(stage))
+
+
+def _each_once(seen: Sequence[Person]) -> list[Person]:
+    """The people, without those who are the same as an earlier one."""
+    found: list[Person] = []
+    for one in seen:
+        if not any(one.same(other) for other in found):
+            found.append(one)
+    return found
 
 
 def _last(first: int, step: int, stop: int | None) -> int:

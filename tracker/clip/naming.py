@@ -63,13 +63,14 @@ def start_from(one: Person, told: str) -> Found:
 def as_the_film_names(job: Job, misnamed: float) -> Job:
     """The job, with the legs of a found start named as its outline in the whole film tells.
 
-    Where that contradicts the pose of the start frame, the nearer leg counts as unsure.
+    Where that contradicts the pose of the start frame, the nearer leg counts as unsure. A job with corrected
+    frames stays, as these name the legs.
 
     Args:
         misnamed: probability that the start names the legs wrongly, as the film tells.
     """
     found = job.found
-    if found is None or found.near_leg == "given" or misnamed <= DOUBTED:
+    if found is None or found.near_leg == "given" or job.anchors or misnamed <= DOUBTED:
         return job
     found = replace(found, near_leg="unsure")
     if misnamed > 0.5:
@@ -88,15 +89,17 @@ def borne_out(one: Person, video: Video) -> Person:
 
 
 def _misfits(one: Person, video: Video) -> Array:
-    """(n, 2) misfit of templates in the frames around the start, with legs named as found and exchanged."""
+    """(n, 2) misfit of templates in the person's frames around the start, with legs named as found and
+    exchanged."""
     plans = [_as_if_sure(each, video) for each in (one, one.exchanged)]
     around = round(AROUND * video.fps)
-    reel = Reel(video, one.frame + around)
+    first = max(one.frame - around, one.first)
+    reel = Reel(video, min(one.frame + around, one.last))
     images = reel.ahead()
     marked = next(islice(images, one.frame, None))
     found = _one_way(plans, 1, marked, images)
-    if one.frame > 0:
-        found += _one_way(plans, -1, marked, reel.span(one.frame - 1, max(one.frame - around, 0)))
+    if one.frame > first:
+        found += _one_way(plans, -1, marked, reel.span(one.frame - 1, first))
     return np.array(found).reshape(-1, 2)
 
 

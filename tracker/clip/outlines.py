@@ -29,9 +29,10 @@ USUAL = 0.7  # weight of people's usual lengths in the fitted figure; the rest i
 
 
 def outlined(plan: Plan, seen: Seen) -> Plan:
-    """The plan with the joints of the figure's outline as points; unchanged if no outline was seen."""
+    """The plan with the joints of the figure's outline as points; if none was seen, with the film's cuts
+    alone."""
     if not seen.points:
-        return plan
+        return replace(plan, shot=seen.shot)
     exchange = min(max(seen.wrong, EXCHANGE), MOST)
     settings = plan.tracker.settings.model_copy(
         update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG}

@@ -15,7 +15,7 @@ from tracker.picture.pyramid import within
 from tracker.picture.small import SIDE
 from tracker.progress import Progress
 from tracker.survey.evidence import NOTHING, USUAL, Expected
-from tracker.survey.shot import Shot
+from tracker.survey.shot import PATIENCE, Shot
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video
 
@@ -92,7 +92,7 @@ def _to_cut(video: Video, first: int, last: int, step: int, by: float, progress:
     """The survey of a part of a film up to its first hard cut."""
     announced = video.count_hint or 0  # joined recordings may announce too few
     total = -((first - min(last + 1, announced)) // step) if first < announced else None
-    shot = Shot(video.pictures(first, last, step))
+    shot = Shot(video.pictures(first, last + PATIENCE * step, step), (last - first) // step + 1)
     images = progress.through(f"{video.path.name} surveyed", shot, total)
     begin = next(images, None)  # None if the film is shorter than it announces
     if begin is None:

@@ -12,7 +12,7 @@ MOST = 4  # rows for each frame of the film at most
 
 
 def evened(track: Track) -> Track:
-    """The track, from frame 0 on, at equal times; itself if its own are equal.
+    """The track at equal times, its first row called frame 0; itself if its own times are equal.
 
     Poses in between are interpolated, and measured where the film's frames on both sides are.
     """

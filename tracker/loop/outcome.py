@@ -1,5 +1,6 @@
 """The outcome of a frame of a followed clip."""
 
+from collections.abc import Sequence
 from enum import StrEnum
 
 
@@ -16,3 +17,13 @@ class Outcome(StrEnum):
     def measured(self) -> bool:
         """Whether the picture measured the pose; otherwise the motion model predicted it."""
         return self not in (Outcome.LOST, Outcome.OUTSIDE)
+
+
+def in_time(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
+    """The outcomes of successive frames, of which some may have been judged backwards in time: FOUND is what
+    follows frames in which the figure was not found."""
+    before = (Outcome.OK, *outcomes)
+    return tuple(
+        Outcome.FOUND if now.measured and not last.measured else Outcome.OK if now is Outcome.FOUND else now
+        for last, now in zip(before, outcomes, strict=False)
+    )

@@ -54,8 +54,8 @@ class Chapter:
         # A measured speed would pull every walker towards the model's mean pace.
         rate = 1.0 if job.rate is None else job.rate
         gait = gait_of(finished.track, rate, Known(job.height, job.scale))
-        warnings = [*finished.warnings, *(() if gait is None else gait.warnings)]
-        return cls(job.model, finished, gait, warnings)
+        warnings = [] if gait is None else [*gait.warnings, *_of_speed(finished)]
+        return cls(job.model, finished, gait, [*finished.warnings, *warnings])
 
     @property
     def track(self) -> Track:
@@ -65,11 +65,6 @@ class Chapter:
     def given(self) -> bool:
         """Whether the playback speed was given; times are multiplied by it only then."""
         return self.run.job.rate is not None
-
-    @property
-    def looks_altered(self) -> bool:
-        """Whether the film looks like slow or fast motion without a given playback speed."""
-        return not self.given and not OWN_SPEED[0] <= self.run.rate <= OWN_SPEED[1]
 
     @property
     def camera(self) -> float:
@@ -85,7 +80,7 @@ class Chapter:
         facts = [
             ("Model", self.track.model),
             ("Frames", f"{len(self.track)} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
-            *([speed] if self.given or self.looks_altered else []),
+            *([speed] if self.given or _looks_altered(self.run) else []),
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
@@ -120,11 +115,6 @@ class Chapter:
             said.append(
                 f"Left out: {counted(self.gait.left_out, 'stride')} with lost frames, of an odd length, or "
                 "beside a stand."
-            )
-        if self.looks_altered:
-            said.append(
-                f"The motion looks like {self.run.rate:.3g} times real speed. Times are the film's own: if "
-                f"it is slow or quick motion, track again with --rate {self.run.rate:.3g}."
             )
         return said
 
@@ -178,6 +168,21 @@ class Chapter:
         strides = self.gait.strides[side].sound if self.gait is not None and told else ()
         first = self.track.first
         return [[round(s.strike.at - first, 2), round(s.off.at - first, 2)] for s in strides]
+
+
+def _looks_altered(run: Run) -> bool:
+    """Whether the film looks like slow or fast motion without a given playback speed."""
+    return run.job.rate is None and not OWN_SPEED[0] <= run.rate <= OWN_SPEED[1]
+
+
+def _of_speed(run: Run) -> list[str]:
+    """A warning where times may not be those of the motion."""
+    if not _looks_altered(run):
+        return []
+    return [
+        f"the motion looks like {run.rate:.3g} times real speed, but times are the film's own: if it is slow "
+        f"or quick motion, track again with --rate {run.rate:.3g}"
+    ]
 
 
 def headline(chapter: Chapter) -> str:

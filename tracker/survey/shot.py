@@ -5,6 +5,7 @@ What hides the scene for a moment, such as a flash or somebody close to the came
 changes all the time; after a cut several pictures in a row are alike.
 """
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -27,21 +28,26 @@ KEYS, STEP = 3, 10  # earlier pictures that are compared, as the last may be hal
 
 
 class Shot:
-    """The pictures of a film up to its first hard cut, and some after it, from which it is told.
+    """The first pictures of a film up to its first hard cut, and some after it, from which it is told.
 
-    beyond : how many of those read last are of another scene, once all have been read; 0 if there is no cut
+    beyond : how many of the last ones are of another scene, once all have been read; 0 if there is no cut
     """
 
-    def __init__(self, images: Iterable[Image]) -> None:
+    def __init__(self, images: Iterable[Image], most: float = math.inf) -> None:
+        """`most` are wanted; of more, up to PATIENCE tell whether the last of these show another scene."""
         self.beyond = 0
-        self._images = images
+        self._images, self._most = images, most
 
     def __iter__(self) -> Iterator[Image]:
         keys: deque[_Shown] = deque(maxlen=KEYS)  # of the scene
         scene = before = None  # its last picture, and the last one of all
         since = alike = 0  # pictures after the scene's last, and how many of the last ones are alike
+        more = 0  # pictures read that are not wanted
         for t, image in enumerate(self._images):
-            yield image
+            if t < self._most:
+                yield image
+            else:
+                more += 1
             now = _Shown(image)
             if scene is None or any(now.alike(one) or now.leads_from(one) for one in (scene, *keys)):
                 scene = now if scene is None or not now.flat else scene
@@ -52,9 +58,10 @@ class Shot:
                 since += 1
                 alike = alike + 1 if before is not None and now.alike(before) else 1
             before = now
-            if since >= PATIENCE and alike >= ALIKE_ONES:
+            told = since == 0 and t + 1 >= self._most
+            if told or (since >= PATIENCE and alike >= ALIKE_ONES):
                 break
-        self.beyond = since if alike >= ALIKE_ONES else 0
+        self.beyond = max(since - more, 0) if alike >= ALIKE_ONES else 0
 
 
 @dataclass(frozen=True)

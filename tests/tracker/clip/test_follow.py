@@ -1,5 +1,6 @@
 """A clip followed: every frame once, both ways from the start frame, with its own times."""
 
+import json
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ from tracker.clip import plan as plan_module
 from tracker.clip.again import Kept
 from tracker.clip.follow import follow
 from tracker.clip.job import Found, Job, Nearer
-from tracker.clip.plan import FOUND, prepare
+from tracker.clip.plan import FOUND, Seen, prepare
 from tracker.clip.start import StartError
 from tracker.progress import Progress
 from tracker.report.results import write_run
@@ -195,6 +196,20 @@ def test_the_stop_frame_is_the_last_one_followed(clip, job, start, stop):
 def test_nothing_past_the_stop_frame_is_read(job, frames_read):
     follow(replace(job, stop=3), QUIET)
     assert max(frames_read) == 3
+
+
+def test_a_run_ends_at_a_cut_though_nobody_stands_out_before_it(job):
+    run = follow(job, QUIET, seen=Seen({}, shot=(None, 5)))
+    assert len(run.track) == 6
+    assert any("from frame 6 on another scene is shown" in warning for warning in run.warnings)
+
+
+@pytest.mark.parametrize("stop", [None, 4, 1000])
+def test_progress_counts_the_frames_that_there_are(stop, job, clip, capsys):
+    follow(replace(job, stop=stop), Progress("json"))
+    news = [json.loads(line) for line in capsys.readouterr().err.splitlines()]
+    whole = 5 if stop == 4 else len(clip)
+    assert {each["total"] for each in news if "with cv" in each.get("task", "")} == {whole}
 
 
 @pytest.mark.parametrize(("start", "first"), [(5, 3), (5, 5), (None, 2)])

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 from tests.tracker.clip.filmed import as_video
-from tests.tracker.clips import write_table
 from tests.tracker.outline.films import BORDER, MIDDLE, SIZE, UNIT, WALKER, a_walk, film
-from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
-from tracker.clip.asked import asked
 from tracker.clip.found import AGAIN, CLEARLY, DOUBTED, NARROW, TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
@@ -279,6 +276,15 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(hint, walk, 
     assert (one.first, one.frame) == (16, 21)
 
 
+def test_who_is_found_twice_by_a_further_search_is_one(walk, video, monkeypatch):
+    unclear = [walk.shifted(by).person(turned=0.0) for by in (-24, 24)]
+    searches = iter([unclear, *([[walk.person(turned=9.0)]] * len(AGAIN))])
+    monkeypatch.setattr(found_module, "_before", lambda *_: next(searches))
+    monkeypatch.setattr(found_module.Person, "same", lambda one, other: True)
+    (one,) = people(video, QUIET)
+    assert one.turned == 9.0
+
+
 def test_of_several_one_must_be_named(walk, video):
     both = [walk.person(frame=12), walk.shifted(44).person(frame=20)]
     with pytest.raises(FoundError, match="2 people walk through the film; name one with --person N") as said:
@@ -345,52 +351,3 @@ def test_the_leg_ahead_is_the_one_further_on_where_the_figure_faces(mirrored, fr
     ahead = one.facing * (near - hip) > one.facing * (far - hip)
     assert nearer(one) is (Nearer.AHEAD if ahead else Nearer.BEHIND)
     assert nearer(one.exchanged) is nearer(one).other
-
-
-@pytest.fixture
-def seen(monkeypatch, walk):
-    """Who is found in whatever film, and how many films were looked through."""
-    looked = []
-
-    def people(video, progress, *how):
-        looked.append(how)
-        return [walk.person()]
-
-    monkeypatch.setattr(found_module, "people", people)
-    return looked
-
-
-def test_a_job_without_marks_starts_from_who_is_found_as_it_faces(seen, video, walk):
-    job = asked(Following(model="cv", from_=3, stop=25, facing="right"), video.path, None, None, QUIET)
-    assert seen == [(3, 25, 1)]
-    assert (list(job.marks), job.facing, job.found.frame) == ([MIDDLE], 1, MIDDLE)
-    plan = prepare(job)
-    assert plan.start.q == pytest.approx(walk.start().q, abs=0.05)
-
-
-def test_marks_win_and_nobody_is_looked_for(seen, video, walk, tmp_path):
-    rows = [(3, name, *place, 1) for name, place in zip(WALKER.joints, walk.joints[3], strict=True)]
-    write_table(tmp_path / "k.csv", rows)
-    job = asked(Following(), video.path, tmp_path / "k.csv", None, QUIET)
-    assert (seen, list(job.marks), job.found) == ([], [3], None)
-    for options in ({"person": 1}, {"near": "ahead"}):
-        with pytest.raises(ValueError, match="leave them or the keypoints out"):
-            asked(Following(**options), video.path, tmp_path / "k.csv", None, QUIET)
-
-
-@pytest.mark.parametrize("options", [{"start": 3}, {"anchors": True}])
-def test_marked_frames_are_not_asked_for_where_nothing_is_marked(options, seen, video):
-    with pytest.raises(ValueError, match="start and anchors are of marked frames"):
-        asked(Following(**options), video.path, None, None, QUIET)
-    assert seen == []
-
-
-def test_in_python_a_film_alone_is_followed_and_doubts_are_warnings(monkeypatch, video, walk):
-    monkeypatch.setattr(found_module, "people", lambda *_: [walk.person(named=0.5)])
-    other = nearer(walk.person()).other
-    with pytest.warns(UserWarning, match=f"if it is the one {other} in frame {MIDDLE}, give near='{other}'"):
-        track = follow(video.path, model="cv", stop=MIDDLE)
-    ankles = [track.figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
-    off = np.hypot(*np.moveaxis(track.joints()[:, ankles] - walk.joints[: MIDDLE + 1, ankles], -1, 0))
-    assert len(track) == MIDDLE + 1
-    assert np.median(off) < 0.1 * UNIT

@@ -45,6 +45,20 @@ def test_a_film_at_a_frame_rate_without_a_learned_model_is_heard_too(tmp_path):
     assert heard.outline.named > 1.0
 
 
+def test_frames_without_the_person_tell_nothing(rng, tmp_path):
+    whole, inner = a_walk().person(MIDDLE, named=0.5), slice(MIDDLE - 6, MIDDLE + 7)
+    one = replace(whole, first=inner.start, outline=whole.outline.part(inner))
+    images = rng.integers(0, 256, a_walk().images.shape).astype(np.uint8)
+    images[inner] = a_walk().images[inner]
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    told, alone = (
+        borne_out(one, as_video(images, elsewhere)),
+        borne_out(one, as_video(a_walk().images, tmp_path)),
+    )
+    assert told.outline.named == pytest.approx(alone.outline.named, abs=0.05)
+
+
 def test_legs_that_look_the_same_stay_unsure(tmp_path):
     alike = film(np.random.default_rng(4), alike=True)
     assert not sure_of_leg(borne_out(alike.person(named=0.0), as_video(alike.images, tmp_path)))
@@ -82,5 +96,7 @@ def test_the_film_is_heard_only_where_it_clearly_says_something_of_a_found_start
     assert as_the_film_names(job, DOUBTED) is job
     assert as_the_film_names(given, 0.9) is given
     assert as_the_film_names(marked, 0.9) is marked
+    corrected = replace(job, marks=job.marks | {MIDDLE + 9: job.marks[MIDDLE]}, anchors=True)
+    assert as_the_film_names(corrected, 0.9) is corrected
     doubted = as_the_film_names(job, 0.4)
     assert (doubted.marks, doubted.found.near_leg) == (job.marks, "unsure")

@@ -22,7 +22,7 @@ def test_the_slider_moves_clip_cursor_and_numbers_to_one_frame(browser, tmp_path
         assert report.cursor() == pytest.approx(frame / (len(track) - 1), abs=0.005)
         degrees = np.degrees(track.q[frame, HIP])
         near = report.values(0)[0].replace("\u2212", "-")
-        assert near == f"near {degrees:.1f}\u00b0 \u00b1 {2.0 * np.degrees(0.002):.1f}"
+        assert near == f"near {degrees:.1f}\u00b0 \u00b1 {2.0 * np.degrees(track.sigma(HIP)[frame]):.1f}"
 
 
 def test_frames_of_uneven_length_are_found_one_by_one(browser, tmp_path):

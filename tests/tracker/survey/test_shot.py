@@ -65,6 +65,22 @@ def test_a_film_may_end_soon_after_a_cut(frames, one, other):
     assert read([*one, *other[:frames]]) == (20 + frames, frames if frames == ALIKE_ONES else 0)
 
 
+@pytest.mark.parametrize("cut", [False, True])
+@pytest.mark.parametrize("beyond", [1, ALIKE_ONES, 9])
+def test_where_pictures_end_is_known_by_what_comes_after_them(beyond, cut, one, other):
+    film = [*one, *other] if cut else [*one, *other[: PATIENCE - 1], *one]
+    shot = Shot(iter(film), len(one) + beyond)
+    for image, want in zip(shot, film[: len(one) + beyond], strict=True):
+        assert image is want
+    assert shot.beyond == (beyond if cut else 0)
+
+
+def test_no_more_is_read_where_the_scene_is_shown(one):
+    film = iter(one)
+    assert len(list(Shot(film, 12))) == 12
+    assert len(list(film)) == len(one) - 12
+
+
 def test_pictures_that_change_all_the_time_are_no_cut(one, rng):
     passing = [image for _ in range(PATIENCE) for image in shown(scene(rng), 1, rng)]
     assert read([*one, *passing, *one]) == (40 + PATIENCE, 0)
