@@ -165,7 +165,7 @@ def turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
     """Times of the peaks of joint angles in the stride, per cent of it."""
     for joint, (name, greatest) in TURNS.items():
         if found := _of_legs(track, strides, joint, partial(_turn, greatest=greatest)):
-            yield Measure.of(name, "% of stride", found)
+            yield Measure.of_moments(name, "% of stride", found)
 
 
 def _of_legs(

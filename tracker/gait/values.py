@@ -7,7 +7,7 @@ count.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +50,7 @@ class Value:
 class Measure:
     """One gait figure of each leg and of both; None if it was not measured.
 
-    symmetry : 100 (near - far) / mean of the two, per cent; 0 for equal legs
+    symmetry : 100 (near - far) / mean of the two, per cent; of moments near - far, as they are no amounts
     """
 
     name: str
@@ -64,6 +64,11 @@ class Measure:
     def of(cls, name: str, unit: str, samples: Samples) -> "Measure":
         near, far = (_mean(samples[side]) for side in SIDES)
         return cls(name, unit, near, far, _both(near, far), _symmetry(near, far))
+
+    @classmethod
+    def of_moments(cls, name: str, unit: str, samples: Samples) -> "Measure":
+        measure = cls.of(name, unit, samples)
+        return replace(measure, symmetry=_difference(measure.near, measure.far))
 
     def plain(self) -> dict[str, object]:
         """The measure as a JSON object, as gait.json has it."""
@@ -91,6 +96,12 @@ def _both(near: Value | None, far: Value | None) -> Value | None:
         return near or far
     mean, error = (near.mean + far.mean) / 2.0, (near.error + far.error) / 2.0
     return Value(mean, error, near.count + far.count, (near.shared + far.shared) / 2.0)
+
+
+def _difference(near: Value | None, far: Value | None) -> Value | None:
+    if near is None or far is None:
+        return None
+    return Value(near.mean - far.mean, float(np.hypot(near.own, far.own)), min(near.count, far.count))
 
 
 def _symmetry(near: Value | None, far: Value | None) -> Value | None:

@@ -29,13 +29,15 @@ PAGE = Document("report/before_after.html", STYLES, tuple(f"report/{name}.js" fo
 class Walked:
     """One of the two runs.
 
-    rate : playback speed by which its seconds were multiplied
+    rate     : playback speed by which its seconds were multiplied
+    warnings : of the run
     """
 
     folder: Path
     track: Track
     rate: float
     known: Known
+    warnings: Sequence[str]
 
     def gait(self, metres: bool) -> Gait:
         """Its gait figures, with lengths in metres or in leg lengths; RunError if there are none."""
@@ -83,23 +85,25 @@ class Change:
 
 
 def compare_runs(before: Path, after: Path, page: Path) -> str:
-    """Write the page of two runs, and return its table as text. RunError: a folder without a complete run, or
-    a run without gait figures."""
+    """Write the page of two runs, and return its table and notes as text. RunError: a folder without a
+    complete run, or a run without gait figures."""
     runs = [_walked(folder) for folder in (before, after)]
     metres = all(run.known != Known() for run in runs)
     gaits = [run.gait(metres) for run in runs]
     turned = runs[0].track.view.facing != runs[1].track.view.facing
     pairs: Mapping[str, Side] = OTHER if turned else {side: side for side in SIDES}
     changes = list(_changes(gaits[0], gaits[1], pairs))
+    notes = list(_notes(gaits, metres, runs, turned, changes))
     write_page(
         page,
         PAGE,
         {"cycles": list(_cycles(runs, gaits, pairs))},
         title=f"{before.resolve().name} and {after.resolve().name}",
-        notes=_notes(gaits, metres, runs, turned),
+        notes=notes,
         table=html_table(COLUMNS, [change.row() for change in changes]),
     )
-    return in_columns([(*COLUMNS[:-1], STARRED), *(change.cells() for change in changes)])
+    table = in_columns([(*COLUMNS[:-1], STARRED), *(change.cells() for change in changes)])
+    return "\n".join([table, *(f"\n{note}" for note in notes)])
 
 
 def _walked(folder: Path) -> Walked:
@@ -108,7 +112,7 @@ def _walked(folder: Path) -> Walked:
         raise RunError(f"{folder} has no gait.json; only runs of people have one")
     figure = load_figure(news.options.get("figure", WALKER.name))
     track = read_track(folder, mark=0.0, figure=figure)
-    return Walked(folder, track, gait.rate, Known(news.height, news.scale))
+    return Walked(folder, track, gait.rate, Known(news.height, news.scale), news.warnings)
 
 
 def _changes(before: Gait, after: Gait, pairs: Mapping[str, Side]) -> Iterator[Change]:
@@ -134,17 +138,22 @@ def _changes(before: Gait, after: Gait, pairs: Mapping[str, Side]) -> Iterator[C
             yield Change(measure.name, unit, measure.both, other.both)
 
 
-def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked], turned: bool) -> Iterator[str]:
+def _notes(
+    gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked], turned: bool, changes: Sequence[Change]
+) -> Iterator[str]:
     if turned:
         yield (
             "The two face opposite ways, so the leg near the camera in one is the far one in the other: near "
             "and far are those of the first, and each leg is compared with itself."
         )
-    before, after = (gait.motion for gait in gaits)
+    before, after = (gait.motion + " backwards" * gait.backwards for gait in gaits)
     if before != after:
         yield f"The first is a {before} and the second a {after}: most figures differ for that reason alone."
     if not metres and any(run.known != Known() for run in runs):
         yield "Lengths are in leg lengths (thigh + shank): metres are known of one of the two only."
+    if any(change.by.count == 1 for change in changes):
+        yield "Of a single stride the error is that of the poses alone, not of how much strides differ."
+    yield from (f"{run.folder.resolve().name}: {warning}" for run in runs for warning in run.warnings)
 
 
 def _cycles(

@@ -235,6 +235,7 @@ def _compared(gait: Gait) -> list[tuple[Measure, Value]]:
 
 def _differs(measure: Measure, by: Value) -> str:
     leg = "near" if by.mean > 0.0 else "far"
+    if measure.name.endswith("peak"):
+        return f"{measure.name} {abs(by.mean):.0f} % of the stride later on the {leg} leg"
     more = "longer" if measure.unit == "s" or measure.name.endswith("length") else "greater"
-    more = "later" if measure.name.endswith("peak") else more
     return f"{measure.name} {abs(by.mean):.0f} % {more} on the {leg} leg"

@@ -8,7 +8,7 @@ import pytest
 
 from kinematics.figure_file import load_figure
 from kinematics.sides import OTHER, SIDES
-from tests.tracker.clips import figtrack, succeeds
+from tests.tracker.clips import figtrack, read_json, succeeds
 from tests.tracker.records import made_track, walked, write_folder
 from tracker.gait.figures import Gait
 from tracker.gait.values import Measure, Value
@@ -76,14 +76,26 @@ def test_who_turned_round_is_compared_leg_by_leg(tmp_path):
     swings = np.radians([28.0, 24.0])
     right = walked(tmp_path / "right", swings=swings)
     left = walked(tmp_path / "left", swings=swings[::-1], start=0.85, facing=-1)
-    found = rows(compare_runs(right, left, tmp_path / "page.html"))
-    page = (tmp_path / "page.html").read_text()
+    text, page = compare_runs(right, left, tmp_path / "page.html"), (tmp_path / "page.html").read_text()
+    found = rows(text)
+    assert "face opposite ways" in text
     assert "face opposite ways" in page
     for side in SIDES:
         assert found[f"hip range (\N{DEGREE SIGN}), {side}"][2] == pytest.approx(0.0, abs=0.5)
     for plot in json.JSONDecoder().raw_decode(page, page.index('{"cycles"'))[0]["cycles"]:
         if plot["title"].startswith("Hip"):
             assert plot["legs"]["before"]["mean"] == pytest.approx(plot["legs"]["after"]["mean"], abs=1.0)
+
+
+def test_what_limits_a_comparison_is_said(runs, tmp_path):
+    assert compare_runs(*runs, tmp_path / "page.html").count("\n\n") == 0
+    news = read_json(runs[1] / "run.json") | {"warnings": ["<nothing> matched"]}
+    (runs[1] / "run.json").write_text(json.dumps(news))
+    short = walked(tmp_path / "short", seconds=3.2)
+    said, page = compare_runs(short, runs[1], tmp_path / "page.html"), (tmp_path / "page.html").read_text()
+    assert "\n\nOf a single stride the error is that of the poses alone" in said
+    assert said.endswith("\n\nfriday: <nothing> matched")
+    assert "friday: &lt;nothing&gt; matched" in page
 
 
 def test_lengths_are_in_metres_only_where_both_are(tmp_path):

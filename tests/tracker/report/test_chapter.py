@@ -225,9 +225,11 @@ def test_a_step_that_lasts_longer_is_unusual():
 def test_a_joint_that_turns_later_is_unusual():
     track = stroll(9.0)
     bent = posed(track, knee_near=bend(track, 0.8), knee_far=bend(track, 0.5, strike=0.85))
-    said = unusual(chapter(bent))
-    assert "knee flexion peak" in said
-    assert "% later on the near leg" in said
+    told = chapter(bent)
+    peak = told.gait.named("knee flexion peak")
+    by = peak.near.mean - peak.far.mean
+    assert by == pytest.approx(30.0, abs=3.0)
+    assert f"knee flexion peak {by:.0f} % of the stride later on the near leg" in unusual(told)
 
 
 def test_differences_within_their_errors_or_of_a_few_per_cent_are_nothing_unusual():
