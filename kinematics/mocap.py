@@ -15,7 +15,7 @@ from kinematics.asfamc import read_amc
 from kinematics.bvh import Array, MotionError, read_bvh
 from kinematics.sagittal import Body, find_body, project
 from kinematics.sides import exchanged
-from kinematics.text_file import blanked, ordinary, why
+from kinematics.text_file import blanked, ordinary, why, without_commas
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 ARM_COLUMNS = ("shoulder_near", "elbow_near", "shoulder_far", "elbow_far")
@@ -76,6 +76,8 @@ def read_trials(path: str | Path) -> list[Trial]:
     try:
         with ordinary(path).open(encoding="utf-8-sig", newline="") as stream:
             table = csv.DictReader(stream)
+            if said := without_commas(table.fieldnames or (), path):
+                raise MotionError(said)
             missing = [name for name in _TABLE_COLUMNS if name not in (table.fieldnames or ())]
             if missing:
                 raise MotionError(f"{path} lacks the column {missing[0]!r}; add it, its cells may be empty")

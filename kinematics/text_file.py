@@ -2,8 +2,11 @@
 
 import errno
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+SEPARATORS = {";": "semicolons", "\t": "tabs"}  # written by spreadsheets in locales with decimal commas
 
 
 def ordinary(path: Path) -> Path:
@@ -24,6 +27,14 @@ def read_json(path: Path) -> Any:
     Names of films may hold bytes that are no UTF-8, which pydantic's own reader refuses.
     """
     return json.loads(ordinary(path).read_bytes())
+
+
+def without_commas(header: Sequence[str], path: str | Path) -> str | None:
+    """One line if the cells of a table's first line show that its columns are not separated by commas."""
+    words = [word for mark, word in SEPARATORS.items() if len(header) == 1 and mark in header[0]]
+    if not words:
+        return None
+    return f"{path} has {words[0]} between its columns; write commas, and points within numbers"
 
 
 def blanked(text: str) -> str:

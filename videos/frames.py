@@ -78,6 +78,7 @@ class Video:
     repeated      : after a pass, one line if many frames repeat the one before, else None
     interlaced    : after a pass, one line if most frames are of two fields, else None
     stretched     : one line if pixels are not square, else None
+    untimed       : one line on the frame rate of a folder, else None
     mended        : after a pass, how many damaged pictures the decoder repaired; others may refuse them
 
     Raises:
@@ -90,11 +91,16 @@ class Video:
         self.cut_short: str | None = None
         self.gaps: str | None = None
         self.stretched: str | None = None
+        self.untimed: str | None = None
         self._images: list[Path] = []
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
         if self.path.is_dir():
             self.fps = USUAL_FPS
+            self.untimed = (
+                f"a folder of images has no frame rate, {USUAL_FPS:g} is taken; of one with N images a "
+                f"second track with --rate {USUAL_FPS:g}/N"
+            )
             self._images = _numbered_images(self.path)
             self.gaps = _gaps(self.path, self._images)
             self.count_hint: int | None = len(self._images)
@@ -328,7 +334,8 @@ def _numbered_images(folder: Path) -> list[Path]:
     if not numbered:
         raise VideoError(
             f"{folder} holds no numbered images (img1.png, img2.png, or jpg), "
-            f"only {len(found)} without a number; give a video file or number the images"
+            f"only {len(found)} without a number; give a video file or number the images "
+            "('figtrack batch' takes a folder of films)"
         )
     return sorted(numbered, key=_natural)
 

@@ -186,6 +186,8 @@ def test_a_row_of_the_table_is_read_with_its_path_beside_the_table(tmp_path):
         (TABLE + "a.bvh,s,t,walk,30,9-9,,\n", "line 2: .*segments must not be empty"),
         (TABLE + "a.bvh,s,t,,30,0-9,,\n", "line 2: activity is empty; fill it in"),
         (TABLE + "a.bvh\n", "line 2: subject is empty"),
+        (TABLE.replace(",tags", ""), "lacks the column 'tags'; add it"),
+        (TABLE.replace(",", ";") + "a.bvh;s;t;walk;30;0-9;;\n", "has semicolons between its columns"),
     ],
 )
 def test_a_faulty_table_is_refused_with_its_line(tmp_path, table, message):

@@ -245,6 +245,8 @@ def _tracked(track: Track) -> Array:
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     warnings = plan.video.notes
+    if plan.video.untimed is not None and plan.job.rate is None:
+        warnings.append(plan.video.untimed)
     if facing_unknown(plan.job, track.figure):
         side = track.view.side
         warnings.append(
@@ -258,9 +260,10 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
             f"give --near {other}"
         )
     if plan.misnamed:
+        found = plan.job.found
+        mend = "exchange near and far in the marks" if found is None else f"give --near {found.nearer.other}"
         warnings.append(
-            "the leg that is marked far looks like the nearer one where they pass; if it is, exchange near "
-            "and far in the marks"
+            f"the leg that is called far looks like the nearer one where they pass; if it is, {mend}"
         )
     begins, ends = plan.shot
     if begins is not None:

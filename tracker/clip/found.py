@@ -190,7 +190,8 @@ def _numbered(number: int, everybody: list[Person], listed: list[Person] | None)
 
 
 def _nobody(how: Following, video: Video) -> FoundError:
-    """The error if nobody walks through the film, with rough joints of a person who moves on the spot."""
+    """The error if nobody walks through the film, or faces as was given, with rough joints of a person who
+    moves on the spot."""
     first = how.from_ or 0
     step = every(video, first, how.stop)
     film = surveyed(video, first, _last(first, step, how.stop), step, 1.0, Progress("quiet"))
@@ -200,6 +201,8 @@ def _nobody(how: Following, video: Video) -> FoundError:
         return FoundError(
             f"nobody can be found in fewer than {FEWEST * step} frames; mark the joints of one frame"
         )
+    if how.facing is not None and people(video, Progress("quiet"), first, how.stop):
+        return FoundError(f"who walks through the film does not face {how.facing}; leave out --facing")
     place = spot(film.stage(1)) if film.enough else None
     if place is None:
         return FoundError("nobody was found who walks through the film; mark the joints of one frame")

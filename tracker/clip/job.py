@@ -274,6 +274,11 @@ class Job(Options):
         """Number of the first frame that is followed."""
         return self.from_ or 0
 
+    @property
+    def names_legs(self) -> bool:
+        """Whether the user says which leg is near: by marks, or of a start that was found."""
+        return self.found is None or self.found.near_leg == "given"
+
     def passed(self, start: int) -> "Marks":
         """The marks that the track passes through: those of the start frame, and of anchors."""
         return self.marks if self.anchors else {start: self.marks[start]}

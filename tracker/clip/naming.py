@@ -70,7 +70,7 @@ def as_the_film_names(job: Job, misnamed: float) -> Job:
         misnamed: probability that the start names the legs wrongly, as the film tells.
     """
     found = job.found
-    if found is None or found.near_leg == "given" or job.anchors or misnamed <= DOUBTED:
+    if found is None or job.names_legs or job.anchors or misnamed <= DOUBTED:
         return job
     found = replace(found, near_leg="unsure")
     if misnamed > 0.5:

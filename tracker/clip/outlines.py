@@ -46,7 +46,7 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
         lights=seen.lights,
         shot=seen.shot,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
-        misnamed=seen.misnamed if seen.misnamed > DOUBTED and plan.job.found is None else 0.0,
+        misnamed=seen.misnamed if seen.misnamed > DOUBTED and plan.job.names_legs else 0.0,
         tracker=make_tracker(plan.start, slds, settings),
     )
 

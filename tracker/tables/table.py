@@ -6,9 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kinematics.text_file import ordinary, why
-
-SEPARATORS = {";": "semicolons", "\t": "tabs"}  # written by spreadsheets in locales with decimal commas
+from kinematics.text_file import ordinary, why, without_commas
 
 
 @dataclass(frozen=True)
@@ -76,11 +74,8 @@ class Layout:
         return int(value)
 
     def _check_header(self, header: Sequence[str], path: str | Path) -> None:
-        for mark, word in SEPARATORS.items():
-            if len(header) == 1 and mark in header[0]:
-                raise self.error(
-                    f"{path} has {word} between its columns; write commas, and points within numbers"
-                )
+        if said := without_commas(header, path):
+            raise self.error(said)
         for column in self.needed:
             if column not in header:
                 raise self.error(

@@ -109,6 +109,12 @@ def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(clip
     assert one.outcome == other.outcome[::-1]
 
 
+@pytest.mark.parametrize("rate", [None, 2.0])
+def test_the_frame_rate_of_images_is_said_to_be_assumed_unless_the_speed_is_given(rate, clip, job, tmp_path):
+    run = follow(replace(job, video=write_images(tmp_path / "images", clip.images), rate=rate), QUIET)
+    assert any("no frame rate, 30 is taken" in warning for warning in run.warnings) is (rate is None)
+
+
 def test_what_is_known_at_a_frame_after_the_start_does_not_depend_on_what_was_before(clip, job, tmp_path):
     start = 3
     whole = write_images(tmp_path / "whole", clip.images)

@@ -305,6 +305,15 @@ def test_people_of_a_part_have_the_numbers_that_they_have_in_the_film(walk, vide
     assert start_of([one, other], Following(person=1), video, [third]).frame == 12
 
 
+def test_a_facing_that_nobody_has_is_said(walk, video, monkeypatch):
+    monkeypatch.setattr(found_module, "people", lambda *_: [walk.person()])
+    with pytest.raises(FoundError, match="does not face left; leave out --facing"):
+        start_of([], Following(facing="left"), video)
+    monkeypatch.setattr(found_module, "people", lambda *_: [])
+    with pytest.raises(FoundError, match=r"^nobody"):
+        start_of([], Following(facing="left"), video)
+
+
 def bent(one):
     """The person in a pose that no body has."""
     joints = one.outline.joints.copy()

@@ -201,15 +201,21 @@ def test_the_state_is_the_motion_where_the_model_has_one_or_no_frame_shows_the_f
 
 
 @pytest.mark.parametrize(
-    ("misnamed", "found", "told"),
-    [(0.9 * DOUBTED, False, False), (1.1 * DOUBTED, False, True), (1.1 * DOUBTED, True, False)],
+    ("misnamed", "found", "mend"),
+    [
+        (0.9 * DOUBTED, "", ""),
+        (1.1 * DOUBTED, "", "exchange near and far in the marks"),
+        (1.1 * DOUBTED, "sure", ""),
+        (1.1 * DOUBTED, "given", "give --near behind"),
+    ],
 )
-def test_legs_that_are_probably_exchanged_in_the_marks_are_told(misnamed, found, told, job, as_if):
+def test_legs_that_are_probably_exchanged_by_the_user_are_told(misnamed, found, mend, job, as_if):
     as_if(misnamed=misnamed)
-    start = Found(MIDDLE, job.marks[MIDDLE], 1, Nearer.AHEAD, "sure") if found else None
+    start = Found(MIDDLE, job.marks[MIDDLE], 1, Nearer.AHEAD, found) if found else None
     finished = follow(replace(job, stop=20, found=start), QUIET)
-    assert any("exchange near and far in the marks" in said for said in finished.warnings) == told
-    assert finished.track.misnamed == (misnamed if told else 0.0)
+    told = [said for said in finished.warnings if "the leg that is called far looks like" in said]
+    assert [said.endswith(f"if it is, {mend}") for said in told] == [True] * bool(mend)
+    assert finished.track.misnamed == (misnamed if mend else 0.0)
 
 
 def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as_if, monkeypatch):
