@@ -54,7 +54,7 @@ class Chapter:
         # A measured speed would pull every walker towards the model's mean pace.
         rate = 1.0 if job.rate is None else job.rate
         gait = gait_of(finished.track, rate, Known(job.height, job.scale))
-        warnings = [] if gait is None else [*gait.warnings, *_of_speed(finished)]
+        warnings = [] if gait is None else [*gait.warnings, *_of_speed(finished, gait)]
         return cls(job.model, finished, gait, [*finished.warnings, *warnings])
 
     @property
@@ -175,9 +175,9 @@ def _looks_altered(run: Run) -> bool:
     return run.job.rate is None and not OWN_SPEED[0] <= run.rate <= OWN_SPEED[1]
 
 
-def _of_speed(run: Run) -> list[str]:
-    """A warning where times may not be those of the motion."""
-    if not _looks_altered(run):
+def _of_speed(run: Run, gait: Gait) -> list[str]:
+    """A warning where the times of strides may not be those of the motion."""
+    if not (gait.measures and _looks_altered(run)):
         return []
     return [
         f"the motion looks like {run.rate:.3g} times real speed, but times are the film's own: if it is slow "
