@@ -21,7 +21,7 @@ LEARNED = "--states 1 --settings quick.toml --quiet --overwrite --out m2.npz"
 # Each command as it is meant, run in that folder; with --overwrite only a fault keeps it from ending well.
 COMMANDS = {
     "track": f"track walk.mp4 --settings s.toml {FOLLOWED}",
-    "track images": f"track images {FOLLOWED}",
+    "track images": f"track images --rate 1 {FOLLOWED}",
     "compare": f"compare walk.mp4 --truth truth.csv --out compared {OF_MARKS}",
     "learn": f"learn poses.csv {LEARNED}",
     "learn captures": f"learn --trials trials.csv --label walk {LEARNED}",
