@@ -16,6 +16,8 @@ from dynamics.learning.regression import maximum_likelihood, solve
 from dynamics.region import regions
 from dynamics.slds import SLDS
 
+# Error of poses in a second, leg lengths or radians: nearly collinear successive poses have no regression.
+UNSURE = 0.15
 SAME = 5e-3  # difference of two rates, as a share, below which they count as one: 29.97 and 30
 
 
@@ -34,7 +36,7 @@ def at_rate(slds: SLDS, fps: float) -> SLDS:
     run = int(np.ceil(slds.order * step)) + 4
     newest = (slds.order - 1) * max(step, 1.0)
     here = [newest - lag * step for lag in range(slds.order)]
-    return replace(_regressed(slds, times, here, run), Pi=_dwell(slds.Pi, step), fps=fps)
+    return replace(_regressed(slds, times, here, run, fps), Pi=_dwell(slds.Pi, step), fps=fps)
 
 
 def backwards(slds: SLDS) -> SLDS:
@@ -43,7 +45,8 @@ def backwards(slds: SLDS) -> SLDS:
     share = stationary(slds.Pi)
     Pi = (share[:, None] * slds.Pi).T / np.maximum(share @ slds.Pi, 1e-300)[:, None]
     here = [slds.order - 1.0 + lag for lag in range(slds.order)]
-    return replace(_regressed(slds, times, here, slds.order + 4), Pi=Pi / Pi.sum(1, keepdims=True))
+    reversed_ = _regressed(slds, times, here, slds.order + 4, slds.fps)
+    return replace(reversed_, Pi=Pi / Pi.sum(1, keepdims=True))
 
 
 def stationary(Pi: Array) -> Array:
@@ -99,12 +102,13 @@ def by_motion(slds: SLDS) -> SLDS:
     )
 
 
-def _regressed(slds: SLDS, times: list[float], here: list[float], run: int) -> SLDS:
+def _regressed(slds: SLDS, times: list[float], here: list[float], run: int, fps: float) -> SLDS:
     """The model regressed from the poses' joint moments at these times in a run of frames, newest first.
 
     Args:
         here: times of a state's poses as near as can be to the run's beginning, which is anywhere in the
             motion; later the poses are those of a figure that never switches.
+        fps: frames a second of the result.
     """
     layout, d, frames = slds.layout, slds.layout.d, run_moments(slds, run)
 
@@ -113,7 +117,9 @@ def _regressed(slds: SLDS, times: list[float], here: list[float], run: int) -> S
         return frames.through(pick.astype(np.float64))
 
     start, N = at(here).through(layout.from_here), layout.N
-    A, b, Q = solve(_with_one(at(times)), np.ones(slds.K), layout, maximum_likelihood(layout))
+    poses = at(times)
+    unsure = Gaussian(poses.mean, poses.cov + (UNSURE / fps) ** 2 * np.eye(poses.mean.shape[-1]))
+    A, b, Q = solve(_with_one(unsure), np.ones(slds.K), layout, maximum_likelihood(layout))
     # Interpolated frames are smoother than filmed ones, hence a hundredth of the old variance is added.
     own = np.arange(d)
     Q[:, own, own] += 1e-2 * slds.Q[:, own, own]

@@ -76,13 +76,18 @@ def test_identical_switching_states_give_the_one_state_answer(infer, rng):
         prior = prior @ Pi
 
 
-@pytest.mark.parametrize(("order", "restless"), [(1, False), (2, False), (2, True)])
-def test_sequences_of_unequal_lengths_are_each_on_its_own(infer, order, restless, rng):
+MANY = (5, 1, 60, 2, 33, 60, 1, 59)
+
+
+@pytest.mark.parametrize(
+    ("order", "restless", "lengths"),
+    [(1, False, MANY), (2, False, MANY), (2, True, MANY), (2, False, (2, 1)), (1, False, (2, 1, 1))],
+)
+def test_sequences_of_unequal_lengths_are_each_on_its_own(infer, order, restless, lengths, rng):
     slds = random_slds(4, order=order, rng=rng)
     if restless:  # no state may follow itself, not even where a shorter sequence has ended
         slds = replace(slds, Pi=(1.0 - np.eye(4)) / 3.0)
-    lengths = (5, 1, 60, 2, 33, 60, 1, 59)
-    ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in lengths]
+    ys = [drawn(slds, T, rng, gaps=T % 2 == 0 and T > 2) for T in lengths]
     hints = [rng.normal(size=(T, 4)) for T in lengths]
     for got, y, hint in zip(infer(slds, ys, hints), ys, hints, strict=True):
         assert got.states.mean.shape == (len(y), 2 * order)

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from dynamics.gaussian import Array
-from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
@@ -16,7 +15,7 @@ from tracker.clip.start import StartError, marked_start
 from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
 from tracker.loop.tracker import Tracker, make_tracker
-from tracker.models.find import CONSTANT_VELOCITY, find_model
+from tracker.models.find import CONSTANT_VELOCITY, find_model, seen_backwards
 from tracker.picture.pyramid import Image
 from tracker.settings import Settings
 from tracker.tables.keypoints import points
@@ -80,7 +79,7 @@ class Plan:
     def back(self) -> Tracker:
         """The tracker that runs backwards in time."""
         # Constant velocity is the same in both directions; conversion would only change its noise.
-        slds = self.slds if self.job.model == CONSTANT_VELOCITY else backwards(self.slds)
+        slds = self.slds if self.job.model == CONSTANT_VELOCITY else seen_backwards(self.slds)
         return make_tracker(self.start, slds, self.tracker.settings)
 
 

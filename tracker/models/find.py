@@ -8,7 +8,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, collapse
 from dynamics.layout import among
-from dynamics.motion.rate import at_rate
+from dynamics.motion.rate import at_rate, backwards
 from dynamics.slds import SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
 from kinematics.figure import ROOT, Figure
@@ -67,6 +67,15 @@ def for_seen(learned: SLDS) -> SLDS:
     """
     shared = np.where(np.eye(learned.Q.shape[-1], dtype=np.bool_), 1.0, 1.0 - SEEN_OWN)
     return replace(learned, Q=SEEN_WIDER * shared * learned.Q)
+
+
+def seen_backwards(found: SLDS) -> SLDS:
+    """A model from `find_model` with time running the other way; the free state knows no direction."""
+    turned, free = backwards(found), np.array([label == FREE for label in found.labels])
+    A, Q = (
+        np.where(free[:, None, None], old, new) for old, new in ((found.A, turned.A), (found.Q, turned.Q))
+    )
+    return replace(turned, A=A, b=np.where(free[:, None], found.b, turned.b), Q=Q)
 
 
 def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:

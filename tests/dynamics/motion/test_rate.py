@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict
-from dynamics.motion.rate import at_rate, backwards, by_motion, run_moments, stationary
+from dynamics.motion.rate import UNSURE, at_rate, backwards, by_motion, run_moments, stationary
 from dynamics.slds import combine
 from dynamics.store import load_shipped
 from tests.dynamics.learning.systems import assert_same_system
@@ -44,8 +44,9 @@ def frames(slds, k, times):
 
 
 def assert_regresses(slds, k, mean, cov, old_Q):
-    """State k's dynamics predict the first pose from the others with the moments of their joint."""
-    d = len(slds.names)
+    """State k's dynamics predict the first pose from the others with the moments of their joint, poses with
+    an error of their own."""
+    d, cov = len(slds.names), cov + (UNSURE / slds.fps) ** 2 * np.eye(len(cov))
     A, b, Q = slds.A[k][:d], slds.b[k][:d], slds.Q[k][:d, :d]
     P = cov[d:, d:]
     # Normal equations with condition numbers near 1e4.
@@ -107,9 +108,18 @@ def test_a_settled_motion_stays_settled_at_every_rate(order, fps, rng):
     # Interpolated poses have the mean of the frames; the cubic weights add to one.
     assert_allclose(later.mean @ off.T, start.mean, atol=1e-6)
     if fps == 15.0:
-        # Floors of 1e-6 on the start and a hundredth of the old noise on a step.
-        floor = 1e-2 * slds.Q.max() + 1e-4
+        # Floors of 1e-6 on the start and a hundredth of the old noise on a step, and the error of poses.
+        floor = 1e-2 * slds.Q.max() + 1e-4 + (UNSURE / fps) ** 2
         assert_allclose(off @ later.cov @ off.T, start.cov, atol=floor)
+
+
+@pytest.mark.parametrize("fps", [15.0, 24.0, 30.0, 40.0, 50.0, 60.0, 100.0, 120.0, 240.0])
+def test_a_figure_that_is_not_seen_does_not_run_away_at_any_rate_nor_backwards(fps):
+    slds = at_rate(load_shipped("walk-run", fps), fps)
+    for model in (slds, backwards(slds)):
+        assert (
+            np.abs(np.linalg.eigvals(model.A)).max() < 1.004
+        )  # in ten seconds at 60 a second by a factor of ten
 
 
 @pytest.mark.parametrize("order", [1, 2])

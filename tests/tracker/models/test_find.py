@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.motion.rate import at_rate
+from dynamics.motion.rate import at_rate, backwards
 from dynamics.store import load_shipped
 from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS
@@ -26,6 +26,7 @@ from tracker.models.find import (
     find_model,
     for_seen,
     from_a_stand,
+    seen_backwards,
 )
 from tracker.progress import Progress
 
@@ -105,6 +106,16 @@ def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(seq
     assert_allclose(np.sqrt(free.Q[-1, 0, 0]), FREE_PLACE / 4, rtol=1e-12)
     assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), FREE_ANGLE / 4, rtol=1e-12)
     assert_allclose(free.mean0[-1], free.mean0[:-1].mean(axis=0), rtol=1e-9, atol=1e-12)
+
+
+def test_the_free_state_goes_on_as_it_went_backwards_too(two_states, tmp_path):
+    found = find_model(str(saved(tmp_path / "mine.npz", two_states)), 30.0, FULL)
+    turned, free = seen_backwards(found), len(found.labels) - 1
+    assert found.labels[free] == "free"
+    for name in ("A", "b", "Q"):
+        assert_array_equal(getattr(turned, name)[free], getattr(found, name)[free])
+        assert_array_equal(getattr(turned, name)[:free], getattr(backwards(found), name)[:free])
+    assert_array_equal(turned.Pi, backwards(found).Pi)
 
 
 def test_inflation_widens_what_was_learned_and_not_constant_velocity():
