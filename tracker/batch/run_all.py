@@ -103,7 +103,7 @@ def run_batch(
         if path.exists() and not ours(path):
             raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
     # The summary's place is checked first, so that a long batch is not lost if it cannot be written.
-    with fresh_file(summary, overwrite=True) as aside:
+    with fresh_file(summary, overwrite=True, inputs=[table]) as aside:
         most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         cluster = (
             local_cluster(min(workers or most, len(rows)))

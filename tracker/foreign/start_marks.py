@@ -60,10 +60,12 @@ def read_start(
         ForeignError: none of these formats, nobody in it, or not in this frame.
     """
     program, people = read_people(path)
-    if frame is None or len(people) > 1:  # the name of a single picture need not number it
+    alone = len(people) == 1
+    if frame is None or not alone:  # the name of a single picture need not number it
         check_frames(people, path)
     people = {number: seen for number, seen in people.items() if seen}
-    source = _choose_frame(people, frame, (first, last), path, figure)
+    asked = None if alone else frame
+    source = _choose_frame(people, asked, (0, None) if alone else (first, last), path, figure)
     seen = people[source]
     number = largest(seen)
     parts = parts_of(_likely(seen[number]), figure)
@@ -92,8 +94,6 @@ def read_start(
 def _choose_frame(
     people: People, frame: int | None, between: tuple[int, int | None], path: Path, figure: Figure
 ) -> int:
-    if len(people) == 1:
-        return next(iter(people))
     frames, (first, last) = sorted(number for number, seen in people.items() if any(seen)), between
     within = [number for number in frames if first <= number and (last is None or number <= last)]
     asked = within if frame is None else [number for number in frames if number == frame]

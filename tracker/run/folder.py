@@ -144,10 +144,11 @@ def check_folder(
         raise FolderError(
             f"{path} holds a complete run; choose another --out, or replace it with --overwrite"
         )
-    if not corrected and (path / CORRECTED).exists():
+    waiting = [path / CORRECTED, *path.glob(f"*/{CORRECTED}")]  # of a run, or of each run of a comparison
+    if held := [] if corrected else [table.parent for table in waiting if table.exists()]:
         raise FolderError(
-            f"{path} holds corrections that were not followed yet; follow on in 'figtrack correct', or move "
-            f"{CORRECTED} away"
+            f"{held[0]} holds corrections that were not followed yet; follow on in 'figtrack correct', or "
+            f"move {CORRECTED} away"
         )
 
 

@@ -332,6 +332,15 @@ def test_a_batch_that_is_stopped_keeps_what_is_done(table, tmp_path, cluster, mo
     assert not list(tmp_path.rglob("*.part"))
 
 
+def test_a_summary_that_is_the_table_of_clips_is_never_replaced(table, tmp_path):
+    (tmp_path / "out").mkdir()
+    clips = table(ROW).rename(tmp_path / "out" / "summary.csv")
+    clips.write_text(",".join(COLUMNS) + "\n" + "walk.mp4" + "," * (len(COLUMNS) - 1) + "\n")
+    before = clips.read_text()
+    assert "is what the work reads" in refused("batch", clips, "--out", tmp_path / "out", "--overwrite")
+    assert clips.read_text() == before
+
+
 @pytest.mark.parametrize("name", ["summary.csv", "summary.html"])
 def test_a_summary_of_something_else_is_never_replaced(table, tmp_path, name):
     (tmp_path / "out").mkdir()

@@ -204,3 +204,6 @@ def test_a_frame_without_anybody_is_refused_with_those_that_have_somebody(tmp_pa
     path = people.trc(tmp_path / "a.trc", [WALKER, {}, WALKER])
     with pytest.raises(ForeignError, match=r"frame 1 .* somebody in 0, 2"):
         read_start(path, frame=1)
+    path = people.trc(tmp_path / "b.trc", [{}, {}, WALKER])
+    with pytest.raises(ForeignError, match=r"frame 0 .* somebody in 2"):
+        read_start(path, frame=0)

@@ -103,12 +103,17 @@ def test_the_old_run_comes_back_when_the_new_one_cannot_take_its_place(tmp_path,
     assert names(tmp_path) == ["out"]
 
 
-def test_corrections_that_were_not_followed_are_never_replaced(tmp_path):
+@pytest.mark.parametrize("inner", ["", "walk-run"], ids=["of a run", "of a run in a comparison"])
+def test_corrections_that_were_not_followed_are_never_replaced(inner, tmp_path):
     write_run_into(tmp_path / "out")
-    (tmp_path / "out" / "corrected.keypoints.csv").write_text("by hand")
-    with pytest.raises(FolderError, match="corrections that were not followed yet; follow on in"):
+    run = tmp_path / "out" / inner
+    run.mkdir(exist_ok=True)
+    (run / "corrected.keypoints.csv").write_text("by hand")
+    with pytest.raises(
+        FolderError, match=f"{run} holds corrections that were not followed yet; follow on in"
+    ):
         write_run_into(tmp_path / "out", overwrite=True)
-    assert (tmp_path / "out" / "corrected.keypoints.csv").read_text() == "by hand"
+    assert (run / "corrected.keypoints.csv").read_text() == "by hand"
 
 
 @pytest.mark.parametrize("overwrite", [False, True])

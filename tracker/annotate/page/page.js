@@ -39,6 +39,7 @@ function following(name) {
 /** Another frame is shown. */
 function arrived() {
   chosen = begins() ? null : following(null);
+  hides = false;
   aim = null;
   advice = { missing: [], faults: [], faces: null };
   showAdvice();
@@ -138,6 +139,7 @@ function skip() {
   const { [chosen]: gone, ...rest } = here();
   if (gone) put(rest);
   chosen = following(chosen);
+  hides = false;
   changed();
 }
 

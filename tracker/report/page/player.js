@@ -6,7 +6,8 @@ class Player {
   constructor(videos, times, start, { told, seen }) {
     Object.assign(this, { videos, times, start, told, seen, frame: 0, playing: false });
     const steps = times.slice(1).map((time, t) => time - times[t]);
-    this.slack = Math.min(1e-3, ...steps.map((step) => step / 4)); // seconds by which a clip's times are rounded
+    // Seconds by which a clip's times are rounded; a long film has more steps than a function takes arguments.
+    this.slack = steps.reduce((least, step) => Math.min(least, step / 4), 1e-3);
     this.end = times.at(-1) + (steps.at(-1) ?? Infinity);
     videos.forEach((video, i) => this.watch(video, i));
   }
