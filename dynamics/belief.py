@@ -24,12 +24,14 @@ class Belief:
     cost   : (H,) minus log weight, nats; only differences matter
     s      : (H,) switching state of each
     parent : (H,) position of the hypothesis of the frame before that each comes from
+    wider  : (H,) factor by which its predicted covariance was increased, 1 for none
     """
 
     states: Gaussian
     cost: Array
     s: NDArray[np.intp]
     parent: NDArray[np.intp]
+    wider: Array
 
     @property
     def weights(self) -> Array:
@@ -44,7 +46,7 @@ class Belief:
 
     def at(self, some: Sequence[int]) -> "Belief":
         """The belief reduced to some of its hypotheses, given by position."""
-        return Belief(self.states[some], self.cost[some], self.s[some], self.parent[some])
+        return Belief(self.states[some], self.cost[some], self.s[some], self.parent[some], self.wider[some])
 
     def levelled(self) -> Self:
         """The belief with its costs shifted so that the best hypothesis costs 0."""
@@ -68,7 +70,7 @@ def of_every_state(slds: SLDS, states: Gaussian, log_lik: Array | float = 0.0) -
         log_lik: (K,) of what was measured, nats.
     """
     every = np.arange(slds.K)
-    return Belief(states, -slds.log_pi0 - log_lik, every, every)
+    return Belief(states, -slds.log_pi0 - log_lik, every, every, np.ones(slds.K))
 
 
 def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
@@ -81,13 +83,13 @@ def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
     cheapest = np.argsort(cost, kind="stable")[:most]
     s = np.sort(cheapest[cost[cheapest] <= cost.min() + prune])
     states = predict(belief.states[parent[s]], slds.A[s], slds.b[s], slds.Q[s])
-    return Belief(states, cost[s], s, parent[s])
+    return Belief(states, cost[s], s, parent[s], np.ones(len(s)))
 
 
 def together(beliefs: Sequence[Belief]) -> Belief:
     """One belief with the hypotheses of several, concatenated."""
     mean, cov, *rest = zip(
-        *((of.states.mean, of.states.cov, of.cost, of.s, of.parent) for of in beliefs), strict=True
+        *((of.states.mean, of.states.cov, of.cost, of.s, of.parent, of.wider) for of in beliefs), strict=True
     )
     return Belief(Gaussian(np.concatenate(mean), np.concatenate(cov)), *map(np.concatenate, rest))
 

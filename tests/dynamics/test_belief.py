@@ -16,7 +16,9 @@ from tests.oracles import assert_gaussian, enumerated, mixture, random_covarianc
 def some_belief(slds, s, rng):
     N = slds.A.shape[-1]
     states = Gaussian(rng.normal(size=(len(s), N)), np.stack([random_covariance(N, rng) for _ in s]))
-    return Belief(states, rng.uniform(0.0, 5.0, size=len(s)), np.array(s), np.zeros(len(s), dtype=int))
+    return Belief(
+        states, rng.uniform(0.0, 5.0, size=len(s)), np.array(s), np.zeros(len(s), dtype=int), np.ones(len(s))
+    )
 
 
 def test_the_first_belief_is_the_exact_posterior_of_one_frame(rng):
@@ -104,7 +106,7 @@ def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
     for t in range(1, 8):
         prior = propose(slds, belief, prune=0.0, most=9)
         states, log_lik = update(prior.states, y[t], slds.C, slds.R)
-        belief = Belief(states, prior.cost - log_lik, prior.s, prior.parent)
+        belief = replace(prior, states=states, cost=prior.cost - log_lik)
     want = viterbi(slds, y)
     assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
     assert_gaussian(belief.states[0], want.states[-1], atol=1e-12)

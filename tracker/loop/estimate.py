@@ -14,7 +14,11 @@ from tracker.picture.pyramid import Image
 from tracker.registration.templates import Templates
 
 NOTHING = Belief(
-    Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
+    Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))),
+    cost=np.zeros(0),
+    s=np.zeros(0, np.intp),
+    parent=np.zeros(0, np.intp),
+    wider=np.zeros(0),
 )
 
 

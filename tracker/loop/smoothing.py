@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from dynamics.belief import Belief, of_every_state
-from dynamics.gaussian import Gaussian, joint
-from dynamics.kalman import smooth
+from dynamics.gaussian import Array, Gaussian, joint
+from dynamics.kalman import predict, smooth
 from dynamics.slds import SLDS
 from tracker.loop.estimate import Estimate
 from tracker.loop.tracker import Tracker
@@ -58,7 +58,7 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
     """
     s, h = second.s[0], second.parent[0]
     there = second.states[0]
-    here, lag = smooth(first.states[h], there, slds.A[s], slds.b[s], slds.Q[s])
+    here, lag = _smooth(slds, first.states[h], there, s, second.wider[0])
     start = joint(here, there, lag.T).through(slds.layout.turned)
     states = Gaussian(np.tile(start.mean, (slds.K, 1)), np.tile(start.cov, (slds.K, 1, 1)))
     return of_every_state(slds, states)
@@ -73,14 +73,19 @@ def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
     found = [_alone(tracker, window[-1], states, h)]
     for later, estimate in zip(window[:0:-1], window[-2::-1], strict=True):
         if not later.repeats:
-            s, h = later.belief.s[h], later.belief.parent[h]
-            states, _ = smooth(estimate.belief.states[h], states, slds.A[s], slds.b[s], slds.Q[s])
+            s, wider, h = later.belief.s[h], later.belief.wider[h], later.belief.parent[h]
+            states, _ = _smooth(slds, estimate.belief.states[h], states, s, wider)
         found.append(_alone(tracker, estimate, states, h))
     return found[::-1]
 
 
+def _smooth(slds: SLDS, filtered: Gaussian, later: Gaussian, s: int, wider: float) -> tuple[Gaussian, Array]:
+    """As `dynamics.kalman.smooth` in switching state s, if the predicted covariance was increased so."""
+    A, b, Q = slds.A[s], slds.b[s], slds.Q[s]
+    return smooth(filtered, later, A, b, Q + (wider - 1.0) * predict(filtered, A, b, Q).cov)
+
+
 def _alone(tracker: Tracker, estimate: Estimate, states: Gaussian, h: int) -> Estimate:
     """The estimate reduced to hypothesis h, with this Gaussian over the state."""
-    s, parent = estimate.belief.s[[h]], estimate.belief.parent[[h]]
-    belief = Belief(states[None], np.zeros(1), s, parent)
-    return replace(estimate, pose=tracker.pose(states), s=int(s[0]), belief=belief)
+    belief = replace(estimate.belief.at([h]), states=states[None], cost=np.zeros(1))
+    return replace(estimate, pose=tracker.pose(states), s=int(belief.s[0]), belief=belief)

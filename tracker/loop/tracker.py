@@ -108,7 +108,8 @@ class Tracker:
         """
         best = belief.at([belief.best])
         wide = Gaussian(best.states.mean, WIDER * best.states.cov)
-        astray = replace(best, states=wide, cost=best.cost - np.log(ASTRAY / often(self.slds.fps)))
+        cost = best.cost - np.log(ASTRAY / often(self.slds.fps))
+        astray = replace(best, states=wide, cost=cost, wider=WIDER * best.wider)
         given = self._given(together([belief, astray]), detections)
         foreseen = range(len(belief.cost))
         dear = given.cost[-1] > given.cost[foreseen].min() + WORTH

@@ -7,24 +7,30 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.belief import Belief, first_belief, propose
+from dynamics.belief import first_belief, propose
 from dynamics.gaussian import Gaussian, apply
-from dynamics.kalman import update
+from dynamics.kalman import predict, update
 from dynamics.viterbi import viterbi
 from tests.oracles import given_path, random_slds, sample
 from tracker.loop.estimate import Estimate
 from tracker.loop.smoothing import smoothed, turned_belief
 
 
-def filtered(slds, y):
-    """What the loop leaves of measurements that come straight from the poses: an estimate a frame."""
+def filtered(slds, y, wide=None, by=1.0):
+    """What the loop leaves of measurements that come straight from the poses: an estimate a frame.
+
+    In frame `wide` the predicted covariance is increased by a factor.
+    """
     R = slds.R
     belief = first_belief(slds, y[0], R)
     beliefs = [belief]
-    for row in y[1:]:
+    for t, row in enumerate(y[1:], 1):
         prior = propose(slds, belief, prune=np.inf, most=9)
+        if t == wide:
+            states = Gaussian(prior.states.mean, by * prior.states.cov)
+            prior = replace(prior, states=states, wider=by * prior.wider)
         states, log_lik = update(prior.states, row, slds.C, R)
-        belief = Belief(states, prior.cost - log_lik, prior.s, prior.parent)
+        belief = replace(prior, states=states, cost=prior.cost - log_lik)
         beliefs.append(belief)
     return [
         Estimate(b.merged(), int(b.s[b.best]), f"frame {t}", b, np.full(2, float(t)))
@@ -59,6 +65,34 @@ def test_a_run_is_smoothed_along_its_own_best_path(states, T, rng):
         assert_allclose(estimate.pose.cov, slds.C @ want.cov[t] @ slds.C.T, atol=1e-9)
         assert estimate.outcome == f"frame {t}"
         assert (estimate.shift == t).all()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_frame_whose_prediction_was_widened_is_smoothed_as_one_of_more_noise(order, rng):
+    slds, wide, by = random_slds(1, order=order, rng=rng), 5, 20.0
+    y = sample(slds, 9, rng)[2]
+    estimates = filtered(slds, y, wide, by)
+    before = estimates[wide - 1].belief.states
+    noise = slds.Q + (by - 1.0) * predict(before, slds.A, slds.b, slds.Q).cov
+    usual = {name: np.repeat(getattr(slds, name), 2, axis=0) for name in ("A", "b", "mean0", "cov0")}
+    other = SimpleNamespace(
+        Q=np.concatenate([slds.Q, noise]),
+        log_pi0=np.zeros(2),
+        log_Pi=np.zeros((2, 2)),
+        C=slds.C,
+        R=slds.R,
+        **usual,
+    )
+    mean, cov, _ = given_path(other, y, [int(t == wide) for t in range(9)])
+    found = list(smoothed(tracker_of(slds), estimates))
+    for t, estimate in enumerate(found):
+        assert_allclose(estimate.pose.mean, slds.C @ mean[t], atol=1e-9)
+        assert_allclose(estimate.pose.cov, slds.C @ cov[t, :, t] @ slds.C.T, atol=1e-9)
+    first = turned_belief(slds, estimates[wide - 1].belief, found[wide].belief)
+    there = Gaussian(mean[wide - 1], cov[wide - 1, :, wide - 1])
+    place = slice(0, len(slds.names))
+    assert_allclose(first.states.mean[0, place], there.mean[place], atol=1e-9)
+    assert_allclose(first.states.cov[0, place, place], there.cov[place, place], atol=1e-9)
 
 
 def test_windows_give_what_the_whole_run_gives_but_for_what_is_far_ahead(rng):
