@@ -69,6 +69,9 @@ class Correction(Session):
             self._check_same()
             if request.frames.get(start) == {}:
                 raise FolderError(f"frame {start} is the one that the run starts from; its marks must stay")
+            beyond = [t for t, marks in request.frames.items() if marks and not self._in_run(t)]
+            if beyond:
+                raise FolderError(f"frame {min(beyond)} is not part of the run; take its marks away")
             reply = super().save(request)
         return reply if self.table.path.exists() else reply | {"saved": str(self.folder)}
 
@@ -145,9 +148,12 @@ class Correction(Session):
         job = self._finished.job
         return Table(self.folder / CORRECTED, begin=job.marks, figure=load_figure(job.figure))
 
+    def _in_run(self, index: int) -> bool:
+        return index < len(self._run) and self._run.outcome[index] is not None
+
     def _followed(self, index: int) -> Mapping[str, Mark]:
         run = self._run
-        if index >= len(run) or run.outcome[index] is None:
+        if not self._in_run(index):
             return {}
         places = dict(zip(run.names, run.places[index].round(2).tolist(), strict=True))
         seen = bool(run.measured[index])

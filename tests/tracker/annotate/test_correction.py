@@ -76,6 +76,20 @@ def test_the_marks_of_the_start_cannot_be_taken_away(run):
         Correction(run, None, QUIET).save(SaveRequest(frames={0: {}}))
 
 
+def test_marks_of_a_frame_that_was_not_followed_are_refused_and_nothing_is_kept_of_them(run):
+    session, before = Correction(run, None, QUIET), everything(run)
+    for frames in (
+        {T: {"hip": Placed(x=9.0, y=9.0)}},
+        {3: {"hip": Placed(x=9.0, y=9.0)}, T + 5: {"hip": Placed(x=9.0, y=9.0)}},
+    ):
+        with pytest.raises(
+            FolderError, match=f"frame {max(frames)} is not part of the run; take its marks away"
+        ):
+            session.save(SaveRequest(frames=frames))
+    assert everything(run) == before
+    assert session.save(SaveRequest(frames={T: {}}))["wrong"] == []
+
+
 def test_a_run_that_holds_its_own_film_is_refused_before_anything_is_marked(run, monkeypatch):
     news = read_json(run / "run.json")
     film = shutil.copy(news["film"]["path"], run)
