@@ -52,7 +52,8 @@ def joints_of(parts: Parts, facing: int, figure: Figure) -> tuple[dict[str, Sigh
     ones."""
     seen: dict[str, Sighting] = {}
     for (side, part), point in parts.items():
-        name = near_far(f"{side}_{part}" if side else part, facing)
+        own = not side and part in figure.marks
+        name = part if own else near_far(f"{side}_{part}" if side else part, facing)
         if name in figure.marks:
             seen[name] = point
     every = _derived(parts, seen) | seen

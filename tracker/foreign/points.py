@@ -66,7 +66,7 @@ def named_points(record: Record, names: Mapping[str, str], facing: int) -> Point
 
     RunError: the figure was followed in no frame.
     """
-    own = {name: near_far(joint, facing) for name, joint in names.items()}
+    own = {name: joint if joint in record.names else near_far(joint, facing) for name, joint in names.items()}
     kept = {name: joint for name, joint in own.items() if np.isfinite(record.place(joint)).any()}
     columns = [record.names.index(joint) for joint in kept.values()]
     sure = likelihood(record.covs[:, columns], leg_pixels(record), record.measured)

@@ -1,12 +1,14 @@
 """A start pose out of another program's file: which person, which leg, which names, and what is refused."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
 from tests.tracker import people
 from tests.tracker.people import LEGS, WALKER, mirrored, moved
-from tracker.foreign.names import CROWN
+from tracker.foreign.names import CROWN, joints_of, parts_of
+from tracker.foreign.people import Sighting
 from tracker.foreign.start_marks import read_marks, read_start
 from tracker.foreign.text_files import ForeignError
 from tracker.tables.keypoints import KEYPOINTS, Mark, points
@@ -125,6 +127,14 @@ def test_a_knee_is_a_knee_in_any_spelling(tmp_path, name):
 def test_a_point_that_is_none_of_ours_is_left_out(tmp_path, name):
     taken = read_start(people.labelme(tmp_path / "a.json", [WALKER | {name: (1.0, 2.0)}]))
     assert points(taken.marks) == WHOLE
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_a_figure_s_own_joints_may_be_called_right_and_left(facing):
+    crab = SimpleNamespace(marks=("base", "right_claw", "left_claw"))
+    claws = {name: Sighting(float(x), 5.0) for x, name in enumerate(crab.marks)}
+    joints, derived = joints_of(parts_of(claws, crab), facing, crab)
+    assert (joints, derived) == (claws, [])
 
 
 def test_unsure_points_are_estimates_and_hopeless_ones_are_left_out(tmp_path):
