@@ -337,7 +337,9 @@ def test_a_summary_that_is_the_table_of_clips_is_never_replaced(table, tmp_path)
     clips = table(ROW).rename(tmp_path / "out" / "summary.csv")
     clips.write_text(",".join(COLUMNS) + "\n" + "walk.mp4" + "," * (len(COLUMNS) - 1) + "\n")
     before = clips.read_text()
-    assert "is what the work reads" in refused("batch", clips, "--out", tmp_path / "out", "--overwrite")
+    result = figtrack("batch", clips, "--out", tmp_path / "out", "--overwrite", "--quiet")
+    assert result.exit_code == 1
+    assert "is what the work reads; choose another --out" in result.stderr.splitlines()[-1]
     assert clips.read_text() == before
 
 
