@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.clip.filmed import as_video
-from tests.tracker.outline.films import BORDER, MIDDLE, SIZE, UNIT, WALKER, a_walk, film
+from tests.tracker.outline.films import BORDER, MIDDLE, SIZE, UNIT, WALKER, film
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
 from tracker.clip.found import AGAIN, CLEARLY, DOUBTED, NARROW, TURNED, people, start_of
@@ -22,16 +22,6 @@ from tracker.progress import Progress
 from tracker.survey.evidence import FULL_OF_SHADOWS, USUAL
 
 QUIET = Progress("quiet")
-
-
-@pytest.fixture
-def walk():
-    return a_walk()
-
-
-@pytest.fixture(scope="module")
-def video(tmp_path_factory):
-    return as_video(a_walk().images, tmp_path_factory.mktemp("walk"))
 
 
 @pytest.fixture(scope="module")

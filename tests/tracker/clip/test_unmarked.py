@@ -3,25 +3,15 @@
 import numpy as np
 import pytest
 
-from tests.tracker.clip.filmed import QUIET, as_video
+from tests.tracker.clip.filmed import QUIET
 from tests.tracker.clips import write_table
-from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk
+from tests.tracker.outline.films import MIDDLE, UNIT, WALKER
 from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip.asked import asked
 from tracker.clip.job import Following
 from tracker.clip.naming import nearer
 from tracker.clip.plan import prepare
-
-
-@pytest.fixture
-def walk():
-    return a_walk()
-
-
-@pytest.fixture(scope="module")
-def video(tmp_path_factory):
-    return as_video(a_walk().images, tmp_path_factory.mktemp("walk"))
 
 
 @pytest.fixture
