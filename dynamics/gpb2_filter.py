@@ -113,9 +113,8 @@ def _first(slds: SLDS, C: Array, R: Array, y: Array, hints: Array) -> Step:
     """The belief after the first frame, from the model's prior."""
     states, log_lik = update(slds.start, y[:, None], C, R)
     log_evidence, log_prob = normalised(slds.log_pi0 + log_lik + hints, axis=-1)
-    cov = np.broadcast_to(
-        states.cov, (*states.mean.shape, slds.A.shape[-1])
-    ).copy()  # compiled code indexes it
+    # A copy, as compiled code takes no broadcast array.
+    cov = np.broadcast_to(states.cov, (*states.mean.shape, slds.A.shape[-1])).copy()
     log_shares = np.zeros((*log_prob.shape, slds.K))
     return Step(slice(0, len(y)), log_prob, states.mean, cov, log_shares, log_evidence[:, 0])
 

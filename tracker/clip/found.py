@@ -106,9 +106,9 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
         own = without_others(stage, path, everybody)
         forget_occluders(own, path)
         one = person(own, figure, path, cycles, facing, alone=len(everybody) == 1)
-        if one is not None and one.spread < NOBODY and not any(one.same(other) for other in seen):
+        if one is not None and one.spread < NOBODY:
             seen.append(one)
-    return seen
+    return _each_once(seen)
 
 
 def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Person]:

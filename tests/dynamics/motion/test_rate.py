@@ -117,9 +117,8 @@ def test_a_settled_motion_stays_settled_at_every_rate(order, fps, rng):
 def test_a_figure_that_is_not_seen_does_not_run_away_at_any_rate_nor_backwards(fps):
     slds = at_rate(load_shipped("walk-run", fps), fps)
     for model in (slds, backwards(slds)):
-        assert (
-            np.abs(np.linalg.eigvals(model.A)).max() < 1.004
-        )  # in ten seconds at 60 a second by a factor of ten
+        # At 60 a second a factor of ten in ten seconds.
+        assert np.abs(np.linalg.eigvals(model.A)).max() < 1.004
 
 
 @pytest.mark.parametrize("order", [1, 2])
