@@ -306,6 +306,12 @@ def films_in(folder: Path) -> list[Path]:
     return sorted(path for path in _shown(folder.absolute()) if path.suffix.lower() in FILM_SUFFIXES)
 
 
+def count_to(video: Video, last: int | None) -> int | None:
+    """About how many frames there are up to frame `last`, None for the film's last; None if unknown."""
+    counts = (video.count_hint, None if last is None else last + 1)
+    return min((count for count in counts if count is not None), default=None)
+
+
 def files_of(path: Path) -> list[Path]:
     """The files that a video is read from."""
     return _numbered_images(path) if path.is_dir() else [path]

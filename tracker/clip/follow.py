@@ -31,6 +31,7 @@ from tracker.progress import Progress
 from tracker.run.track import FREE, Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import hidden, points
+from videos.frames import count_to
 from videos.upright import Image
 
 
@@ -119,9 +120,8 @@ def _followed(
     """Times of the job's frames, and estimates of the span's: from a frame to another, None for the last."""
     job, frame, (first, last) = plan.job, plan.frame, span
     reel = Reel(plan.video, job.stop, lights=plan.lights)
-    ends = [end for end in (plan.video.count_hint, None if last is None else last + 1) if end is not None]
-    images = reel.ahead()
-    foreseen = max(min(ends) - first, 0) if ends else None
+    end, images = count_to(plan.video, last), reel.ahead()
+    foreseen = None if end is None else max(end - first, 0)
     with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:
         marked = next(islice(clock.timed("read", images), frame, None), None)
         if marked is None:

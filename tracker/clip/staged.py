@@ -17,7 +17,7 @@ from tracker.progress import Progress
 from tracker.survey.evidence import NOTHING, USUAL, Expected
 from tracker.survey.shot import PATIENCE, Shot
 from tracker.survey.surveyed import Survey, survey
-from videos.frames import Video
+from videos.frames import Video, count_to
 
 POINT = 0.05  # least spread of an outline's joint, leg lengths
 TOGETHER = 3.0  # factor on the spread, since errors of successive frames are correlated
@@ -67,9 +67,8 @@ class Surveyed:
 def every(video: Video, first: int, last: int | None) -> int:
     """Of how many frames one is surveyed between two, None for the film's last: at a high frame rate not all
     are needed."""
-    step, ends = round(video.fps / OFTEN), [video.count_hint, None if last is None else last + 1]
-    known = [end - first for end in ends if end is not None]
-    return max(min(step, min(known) // ENOUGH) if known else step, 1)
+    step, end = round(video.fps / OFTEN), count_to(video, last)
+    return max(step if end is None else min(step, (end - first) // ENOUGH), 1)
 
 
 def surveyed(
