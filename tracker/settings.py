@@ -152,9 +152,8 @@ def read_settings(path: Path) -> Settings:
 def read_toml(path: Path, kind: type[Model], advice: str) -> Model:
     """Settings of a kind from a TOML file; settings that it does not name keep their defaults.
 
-    SettingsError: no such file, no TOML (the message ends with `advice`), unknown keys or values out of
-        range,
-    all named at once.
+    SettingsError: no such file, no TOML (the message ends with `advice`), or unknown keys and values out of
+    range, all named at once.
     """
     try:
         table = tomllib.loads(read_text(path))

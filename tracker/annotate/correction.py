@@ -44,10 +44,10 @@ class Correction(Session):
         self.folder, self.progress = folder, progress
         self._said, self._follows = "", False
         self._read()
-        self._shown = self._finished.start if first is None else first
         job = self._finished.job
         check_inputs(folder, job.inputs)  # now, not only after everything was marked
-        super().__init__(job.video, self._table(), self._shown, None, job.facing, job.figure)
+        first = self._finished.start if first is None else first
+        super().__init__(job.video, self._table(), first, None, job.facing, job.figure)
         if self.table.path.exists():
             self._said = "What was corrected before is not followed yet."
 
@@ -120,7 +120,6 @@ class Correction(Session):
             frames = counted(len(job.marks), "frame")
             shown = f"; open {self.folder / REPORT}" if report else "."
             self._said = f"Followed again through {frames}; {self.folder} is replaced{shown}"
-            self._opening = self.frame(self._shown)
         except Exception as error:
             said = fault(error)
             if said is None:

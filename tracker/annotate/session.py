@@ -115,11 +115,11 @@ class Session:
         self._name, self._figure = figure, table.figure
         self._lock = RLock()
         self._asked: Queue[Callable[[], None]] = Queue()
-        self._opening = self.frame(first)
+        self._shown = self._readable(first)
 
     def start_from(self, taken: "Taken") -> None:
         """Show marks that are not saved yet, at their frame; raises VideoError."""
-        self._opening = self.frame(taken.frame)
+        self._shown = self._readable(taken.frame)
         self.taken = taken
 
     def opening(self) -> Reply:
@@ -130,7 +130,7 @@ class Session:
             "joints": _joints(self._figure),
             "base": self._figure.base,
             "marks": {frame: told(marks) for frame, marks in self.table.marks.items()},
-            "frame": self._opening,
+            "frame": self.frame(self._shown),
             "fps": self._frames.fps,
             "facing": side(self.facing),
             "taken": taken and {"frame": taken.frame, "marks": told(taken.marks), "told": taken.told},
@@ -194,6 +194,11 @@ class Session:
         """Wait up to this time for long work from the page, and do it."""
         with suppress(Empty):
             self._asked.get(timeout=seconds)()
+
+    def _readable(self, index: int) -> int:
+        """The number of a frame; VideoError if it cannot be shown."""
+        self._frames.png(index)
+        return index
 
     def _marks(self, placed: Mapping[str, Placed]) -> dict[str, Mark]:
         for name in placed:

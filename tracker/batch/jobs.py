@@ -12,6 +12,7 @@ from typing import Any
 from tracker.clip.asked import asked
 from tracker.clip.job import Following, Job, Option, bare_name, options
 from tracker.progress import Progress
+from tracker.tables.keypoints import number_marked
 from tracker.tables.table import Layout, finite
 from videos.frames import FILM_SUFFIXES, films_in
 
@@ -73,13 +74,17 @@ def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
 
 
 def _films(folder: Path, place: Path) -> list[Row]:
-    """A row for each film, with the marks that `figtrack annotate` left beside it, if any."""
+    """A row for each film, with the marks that `figtrack annotate` left beside it, if any; through all marked
+    frames."""
     rows, films = [], films_in(folder)
     stems = Counter(video.stem for video in films)
     for video in films:
-        marks = video.with_name(f"{video.stem}.keypoints.csv")
-        out = _out(video) if stems[video.stem] == 1 else f"{video.name}-track"
-        rows.append(Row(video, marks if marks.exists() else None, place / out, Following()))
+        marks, alone = video.with_name(f"{video.stem}.keypoints.csv"), stems[video.stem] == 1
+        if not alone and marks.exists():
+            raise JobsError(f"{marks} may be of any film {video.stem}; rename these films and the marks")
+        how = Following(anchors=number_marked(marks) > 1)
+        out = _out(video) if alone else f"{video.name}-track"
+        rows.append(Row(video, marks if marks.exists() else None, place / out, how))
     if not rows:
         raise JobsError(
             f"{folder} has no films ({', '.join(FILM_SUFFIXES)}); give a folder of films or a table of jobs"

@@ -147,13 +147,15 @@ def run_row(row: Row, overwrite: bool) -> Ending:
 
 
 def job_key(job: Job) -> str:
-    """A key that identifies a job: all options that affect results, and the contents of files."""
+    """A key that identifies a job: all options that affect results, the contents of files, and the names of
+    those of a folder, which number the frames."""
     digest = hashlib.sha256(__version__.encode())
     for field in fields(job):
         value = getattr(job, field.name)
         if isinstance(value, Path) or (field.name in NAMED and Path(value).is_file()):
             film = field.name == "video" and value.exists()
             for path in files_of(value) if film else _files(Path(value)):
+                digest.update(path.name.encode() if path.parent == value else b"")
                 with path.open("rb") as file:
                     digest.update(hashlib.file_digest(file, "sha256").digest())
         elif field.name not in ("called", "found"):  # marks include what was found

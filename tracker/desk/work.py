@@ -20,7 +20,7 @@ from pydantic import BaseModel, Field
 from tracker.foreign.export import FORMATS
 from tracker.run.folder import FolderError
 from tracker.run.read import REPORT, News, RunError, read_news
-from tracker.tables.keypoints import KeypointsError, read_keypoints
+from tracker.tables.keypoints import number_marked
 from tracker.tables.table import by_column, read_lines
 from videos.frames import films_in
 
@@ -251,14 +251,7 @@ def _how(asked: Asked, film: Film) -> list[str]:
         given = {"--keypoints": _here(film.marks)}
     given |= {"--facing": asked.facing, "--height": asked.height}
     words = [str(word) for option, value in given.items() if value is not None for word in (option, value)]
-    return words + ["--anchors"] * (asked.marked and _marked_frames(film.marks) > 1)
-
-
-def _marked_frames(table: Path) -> int:
-    """How many frames are marked; 0 in a table that cannot be read, of which the command tells."""
-    with suppress(KeypointsError):
-        return len(read_keypoints(table))
-    return 0
+    return words + ["--anchors"] * (asked.marked and number_marked(film.marks) > 1)
 
 
 def _here(path: Path) -> str:

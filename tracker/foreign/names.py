@@ -1,10 +1,9 @@
 """Our names for other programs' points, in any spelling, and which leg is near.
 
-Points are matched by the words of their names (`RKnee`, `right_knee`, `knee_r`) in `PARTS` and `SIDES`. A
-figure's own names are used unchanged. The near leg is the right one of a person who faces right. Missing
-joints are derived: hip and neck midway between both hips and both shoulders, and the head's top above the
-    ears
-(else the nose), which is an estimate.
+Points are matched by the words of their names (`RKnee`, `right_knee`, `knee_r`, `rightknee`) in `PARTS` and
+`SIDES`. A figure's own names are used unchanged. The near leg is the right one of a person who faces right.
+Missing joints are derived: hip and neck midway between both hips and both shoulders, and the head's top above
+the ears (else the nose), which is an estimate.
 """
 
 import re
@@ -24,6 +23,7 @@ PARTS = {
 }
 SIDES = {"right": "right", "r": "right", "left": "left", "l": "left", "near": "near", "far": "far"}
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+SIDE = re.compile("(left|right)", re.IGNORECASE)  # words of their own, also in names without a gap
 
 CROWN = 1.5  # distance of the head's top from the neck as a multiple of that of the ears
 
@@ -37,7 +37,7 @@ def parts_of(person: Person, figure: Figure) -> Parts:
         if name in figure.marks:
             out["", name] = point
             continue
-        words = [word.lower() for word in WORD.findall(name)]
+        words = [word.lower() for word in WORD.findall(SIDE.sub(r" \1 ", name))]
         if len(words) == 1 and words[0] not in PARTS and words[0][0] in "rl":
             words = [words[0][0], words[0][1:]]
         side = next((SIDES[word] for word in words if word in SIDES), "")

@@ -2,9 +2,8 @@
 
 Models include neither the place of a figure nor the neck's angle. The neck's mean over a sequence, and the
 place where the root is first measured, are therefore subtracted before and added afterwards. A forecast must
-not
-use later frames, not even their mean: there the three are constants of the state with a wide prior, inferred
-with everything else.
+not use later frames, not even their mean: there the three are constants of the state with a wide prior,
+inferred with everything else.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,9 +1,8 @@
 """The chain rule of a pose, compiled: the links that it places, and its normal equations from theirs.
 
 It equals `kinematics.spm.skeleton` and `kinematics.spm.motions`, for loops that place a few poses some
-hundred
-times a second: with M_l the motion of link l by the pose, and m_l and p_l its sums of weight f f' and of
-weight f residual over the points measured on it,
+hundred times a second: with M_l the motion of link l by the pose, and m_l and p_l its sums of weight f f' and
+of weight f residual over the points measured on it,
 
     information = sum_l M_l' m_l M_l,    gradient = sum_l M_l' p_l.
 

@@ -1,6 +1,7 @@
 """The keypoints table of marked joints; in pixels, (0, 0) is the centre of the top-left one."""
 
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +61,13 @@ def read_keypoints(
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks
+
+
+def number_marked(path: Path) -> int:
+    """How many frames a table marks; 0 if it cannot be read, of which the command that reads it tells."""
+    with suppress(KeypointsError):
+        return len(read_keypoints(path))
+    return 0
 
 
 def write_marks(path: Path, marks: Marks) -> None:

@@ -64,10 +64,12 @@ def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corr
 def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
     session, before = Correction(run, None, QUIET), everything(run)
     far = Placed(x=9e4, y=9e4)
-    session.follow(SaveRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True))
+    session.follow(SaveRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True, frame=3))
     session.work(1.0)
     assert session.following()["ended"]
-    assert session.opening()["run"]["told"].startswith("Could not be followed: ")
+    opening = session.opening()
+    assert opening["run"]["told"].startswith("Could not be followed: ")
+    assert opening["frame"]["index"] == 3
     assert {name: data for name, data in everything(run).items() if name.name[0] != "c"} == before
 
 

@@ -9,9 +9,11 @@ from tracker.batch.jobs import JobsError, read_jobs
 from tracker.clip.job import Following, Job
 from tracker.progress import Progress
 from tracker.settings import Settings
+from tracker.tables.keypoints import KEYPOINTS, Mark, write_marks
 
 HEADER = ("video", "keypoints", "start", "model", "out")
 QUIET = Progress("quiet")
+MARKED = dict.fromkeys(KEYPOINTS, Mark(1.0, 2.0))
 
 
 @pytest.fixture
@@ -99,8 +101,9 @@ def test_what_cannot_be_is_said_before_any_work(table, tmp_path, header, rows, w
 
 
 def test_a_folder_of_films_has_a_row_for_each_with_the_marks_beside_it(tmp_path):
-    for name in ("b.mp4", "a b.MOV", "b.keypoints.csv", "c.keypoints.csv", "notes.txt"):
+    for name in ("b.mp4", "a b.MOV", "c.keypoints.csv", "notes.txt"):
         (tmp_path / name).touch()
+    write_marks(tmp_path / "b.keypoints.csv", {0: MARKED})
     one, other = read_jobs(tmp_path, tmp_path / "place", QUIET)
     assert (one.video, one.keypoints) == (tmp_path / "a b.MOV", None)
     assert (other.video, other.keypoints) == (tmp_path / "b.mp4", tmp_path / "b.keypoints.csv")
@@ -108,6 +111,8 @@ def test_a_folder_of_films_has_a_row_for_each_with_the_marks_beside_it(tmp_path)
         tmp_path / "place" / f"{name}-track" for name in ("a b", "b")
     ]
     assert one.how == other.how == Following()
+    write_marks(tmp_path / "b.keypoints.csv", {0: MARKED, 7: MARKED})
+    assert [row.how.anchors for row in read_jobs(tmp_path, tmp_path / "place", QUIET)] == [False, True]
 
 
 def test_films_of_one_name_have_results_of_their_own(tmp_path):
@@ -115,6 +120,9 @@ def test_films_of_one_name_have_results_of_their_own(tmp_path):
         (tmp_path / name).touch()
     rows = read_jobs(tmp_path, tmp_path / "place", QUIET)
     assert [row.out.name for row in rows] == ["run-track", "walk.avi-track", "walk.mp4-track"]
+    (tmp_path / "walk.keypoints.csv").touch()
+    with pytest.raises(JobsError, match=r"walk.keypoints.csv may be of any film walk; rename these films"):
+        read_jobs(tmp_path, tmp_path / "place", QUIET)
 
 
 def test_a_figure_is_relative_to_the_table(table, tmp_path):

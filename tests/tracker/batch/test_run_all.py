@@ -205,6 +205,17 @@ def test_a_job_is_another_when_the_file_of_its_model_or_figure_or_an_image_is(tm
     assert len(set(keys)) == 4
 
 
+def test_a_job_is_another_when_the_points_of_a_folder_are_of_other_frames(tmp_path):
+    points = tmp_path / "points"
+    points.mkdir()
+    first = points / "walk_000000000001_keypoints.json"
+    first.write_text("{}")
+    job = Job(tmp_path / "walk.mp4", {}, measure=points)
+    before = job_key(job)
+    first.rename(points / "walk_000000000002_keypoints.json")
+    assert job_key(job) != before
+
+
 def broken(row, overwrite):
     """A mistake of ours in one row of two."""
     if row.how.model == "cv":

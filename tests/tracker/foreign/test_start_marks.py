@@ -114,6 +114,8 @@ def test_what_the_file_has_itself_is_not_derived(tmp_path):
         "Knee Right",
         "RIGHT-KNEE",
         "kneeRight",
+        "rightknee",
+        "kneeright",
         "near_knee",
     ],
 )
