@@ -27,10 +27,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.chain import side_by_side
-from dynamics.gaussian import LOG_2PI, Array, apply, inverse_root, symmetric, transpose
+from dynamics.gaussian import LOG_2PI, Array, Flags, Ints, apply, inverse_root, symmetric, transpose
 from dynamics.slds import SLDS
 
 
@@ -66,9 +65,9 @@ class Data:
     information: Array
     log_det: Array
     hints: Array
-    within: NDArray[np.bool_]
+    within: Flags
 
-    def of(self, rows: NDArray[np.intp]) -> "Data":
+    def of(self, rows: Ints) -> "Data":
         return Data(*(getattr(self, part.name)[:, rows] for part in fields(self)))
 
 

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, collapse
+from dynamics.gaussian import Array, Gaussian, Ints, collapse
 from dynamics.kalman import predict, update
 from dynamics.slds import SLDS
 
@@ -29,8 +28,8 @@ class Belief:
 
     states: Gaussian
     cost: Array
-    s: NDArray[np.intp]
-    parent: NDArray[np.intp]
+    s: Ints
+    parent: Ints
     wider: Array
 
     @property

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Ints
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -25,7 +25,7 @@ CROSSING = 1e-3  # probability a frame of a change from one motion to another
 
 
 def forward_backward(
-    log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]
+    log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: Ints
 ) -> tuple[Array, Array, Array]:
     """The posterior of the states of B sequences side by side; ValueError: every path of one is impossible.
 
@@ -62,7 +62,7 @@ def forward_backward(
     return prob, come_from * prob[1:, :, None], log_evidence
 
 
-def best_paths(log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]) -> NDArray[np.intp]:
+def best_paths(log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: Ints) -> Ints:
     """The most probable path of each sequence, (T, B); arguments and errors as in `forward_backward`.
 
     Among equally good paths the choice is arbitrary.
@@ -77,13 +77,13 @@ def best_paths(log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[n
         back[t] = total.argmax(1)
         values[t] = total.max(1) + log_lik[t]
     _check_possible(values[lengths - 1, rows].max(-1))
-    path: NDArray[np.intp] = values.argmax(-1)
+    path: Ints = values.argmax(-1)
     for t in range(T - 2, -1, -1):
         path[t] = np.where(t + 1 < lengths, back[t + 1, rows, path[t + 1]], path[t])
     return path
 
 
-def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, NDArray[np.intp]]:
+def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, Ints]:
     """Sequences (T, ...) of any lengths as one array (longest T, B, ...), filled up, and the lengths."""
     lengths = np.array([len(y) for y in ys], dtype=np.intp)
     padded = np.full((lengths.max(), len(ys), *np.shape(ys[0])[1:]), fill)

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Ints
 from dynamics.slds import SLDS
 
 Result = TypeVar("Result")
@@ -30,14 +29,14 @@ class Frames:
 
     y: Array
     hints: Array
-    first: NDArray[np.intp]
-    before: NDArray[np.intp]
-    lengths: NDArray[np.intp]
+    first: Ints
+    before: Ints
+    lengths: Ints
 
     def at(self, t: int) -> slice:
         return slice(int(self.first[t]), int(self.first[t + 1]))
 
-    def sequences(self) -> list[NDArray[np.intp]]:
+    def sequences(self) -> list[Ints]:
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]
 
     def back(self, start: int = 1, stop: int | None = None) -> Iterator[tuple[slice, slice]]:
@@ -69,26 +68,15 @@ def in_batches(
 ) -> list[Result]:
     """The result of `infer` for each sequence, in the order given; each call of `infer` gets one batch.
 
-    ValueError: a sequence without a frame, or hints that do not fit the sequences.
+    ValueError: a sequence without a frame.
     """
     if not all(len(y) for y in ys):
         raise ValueError("every sequence must have a frame at least")
-    if hints is not None:
-        _check(slds, ys, hints)
     results: dict[int, Result] = {}
     for chosen in batches(slds, ys):
         frames = _frames(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
         results |= dict(zip(chosen, infer(frames), strict=True))
     return [results[n] for n in range(len(ys))]
-
-
-def _check(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array]) -> None:
-    if len(hints) != len(ys):
-        raise ValueError(f"every sequence needs its hints; got {len(hints)} for {len(ys)} sequences")
-    for n, (y, hint) in enumerate(zip(ys, hints, strict=True)):
-        shape = (len(y), slds.K)
-        if np.shape(hint) != shape or not (hint < np.inf).all():
-            raise ValueError(f"hints {n} must be log likelihoods of shape {shape}; got {np.shape(hint)}")
 
 
 def _frames(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Frames:

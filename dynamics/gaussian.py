@@ -1,4 +1,4 @@
-"""Gaussians with any leading axes: density, collapse of a mixture; means that skip missing values."""
+"""Gaussians with any leading axes: density, collapse of a mixture; means and first values of columns."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 LOG_2PI = float(np.log(2.0 * np.pi))
 
@@ -62,6 +64,13 @@ def measured_mean(values: Array) -> Array:
     seen = ~np.isnan(values)
     mean: Array = np.where(seen, values, 0.0).sum(0) / np.maximum(seen.sum(0), 1)
     return mean
+
+
+def measured_first(values: Array) -> Array:
+    """(n,) first entry of each column (T, n) that is not NaN; 0 for a column of NaN only."""
+    seen = ~np.isnan(values)
+    first: Array = values[seen.argmax(axis=0), np.arange(values.shape[1])]
+    return np.where(seen.any(axis=0), first, 0.0)
 
 
 def log_density(gaussian: Gaussian, x: Array) -> Array:

@@ -19,8 +19,7 @@ paths (60 sequences of 6 frames each, 2 states, second order), the mean total va
     the filter's     0.0005  0.0086  0.0271
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -31,12 +30,16 @@ from dynamics.kalman import reverse
 from dynamics.posterior import Posterior, Switching
 from dynamics.slds import SLDS
 
+# Of n steps: Pr(s_{t-1} = j, s_t = k) (n, K, K); [x_t; x_{t-1}] given each s_t (n, K);
+# Cov(x_t, x_{t-1}) (n, N, N).
+Moments = tuple[Array, Gaussian, Array]
+
 
 def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
     """The approximate posterior over each of several sequences (T, M), T >= 1; NaN entries were not measured.
 
     `hints`, (T, K) for each sequence, are added to the log likelihoods of the switching states; None adds
-    nothing. ValueError if they have another shape or leave no state possible.
+    nothing. ValueError if they leave no state possible.
     """
 
     def infer(frames: Frames) -> list[Posterior]:
@@ -64,48 +67,35 @@ def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None
     return in_batches(slds, ys, hints, infer)
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """The step that leads to each row, except those of the first frame.
-
-    pair    : (rows, K, K) Pr(s_{t-1} = j, s_t = k)
-    moments : (rows, K) [x_t; x_{t-1}] given each s_t
-    lag     : (rows, N, N) Cov(x_t, x_{t-1})
-    """
-
-    pair: Array
-    moments: Gaussian
-    lag: Array
-
-
 def _smooth(slds: SLDS, frames: Frames, found: Step) -> list[Posterior]:
     """The posteriors, from the filter's result, which is overwritten by the smoother's."""
     rows, K, N = found.mean.shape
-    steps = _Steps(
-        np.empty((rows, K, K)),
-        Gaussian(np.empty((rows, K, 2 * N)), np.empty((rows, K, 2 * N, 2 * N))),
-        np.empty((rows, N, N)),
-    )
-    _go_back(slds, frames, found, steps)
+    pair, lag = np.empty((rows, K, K)), np.empty((rows, N, N))
+    steps = Gaussian(np.empty((rows, K, 2 * N)), np.empty((rows, K, 2 * N, 2 * N)))
+    for r, of_rows in _go_back(slds, frames, found):
+        pair[r], steps[r], lag[r] = of_rows
     prob = np.exp(found.log_prob)
     states = collapse(prob, found.states)
     return [
         Posterior(
             prob=prob[r],
-            pair=steps.pair[r[1:]],
+            pair=pair[r[1:]],
             states=states[r],
-            lag=steps.lag[r[1:]],
+            lag=lag[r[1:]],
             log_evidence=float(found.log_evidence[r].sum()),
             path=prob[r].argmax(-1),
             starts=found.states[r[0]],
-            steps=steps.moments[r[1:]],
+            steps=steps[r[1:]],
         )
         for r in frames.sequences()
     ]
 
 
-def _go_back(slds: SLDS, frames: Frames, found: Step, steps: _Steps) -> None:
-    """The backward pass, many frames at once; only the recursion itself goes frame by frame."""
+def _go_back(slds: SLDS, frames: Frames, found: Step) -> Iterator[tuple[slice, Moments]]:
+    """The backward pass, many frames at once; only the recursion itself goes frame by frame.
+
+    `found` is overwritten. The moments of the steps that lead to the rows are given chunk by chunk.
+    """
     for rows, back_to in frames.chunks(max(1, PAIRS // slds.K**2)):
         filtered = found.states[frames.before[rows], None]
         back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
@@ -118,16 +108,15 @@ def _go_back(slds: SLDS, frames: Frames, found: Step, steps: _Steps) -> None:
             of_each = Gaussian(own.mean.swapaxes(1, 2), own.cov.swapaxes(1, 2))
             found.states[earlier] = collapse(np.exp(log_shares).swapaxes(1, 2), of_each)
             found.log_prob[earlier] = log_prob[:, 0] - np.logaddexp.reduce(log_prob[:, 0], -1)[:, None]
-        _record_steps(found, steps, rows, np.exp(log_W), back.gain, pairs)
+        yield rows, _moments(found, rows, np.exp(log_W), back.gain, pairs)
 
 
-def _record_steps(found: Step, steps: _Steps, rows: slice, W: Array, gain: Array, pairs: Gaussian) -> None:
-    """The moments of [x_t; x_{t-1}] given each s_t, and over all; W and pairs (rows, K now, K before)."""
+def _moments(found: Step, rows: slice, W: Array, gain: Array, pairs: Gaussian) -> Moments:
+    """The moments of the steps that lead to these rows; W and pairs (rows, K now, K before)."""
     prob, now, then = np.exp(found.log_prob[rows]), found.states[rows], collapse(W, pairs)
     N = now.mean.shape[-1]
     cross = now.cov @ transpose((W[..., None, None] * gain).sum(2))
-    steps.pair[rows] = transpose(prob[..., None] * W)
-    both = steps.moments[rows] = joint(now, then, cross)
+    both = joint(now, then, cross)
     apart = both.mean - (prob[..., None] * both.mean).sum(1, keepdims=True)
     between = transpose(prob[..., None] * apart[..., :N]) @ apart[..., N:]
-    steps.lag[rows] = (prob[..., None, None] * cross).sum(1) + between
+    return transpose(prob[..., None] * W), both, (prob[..., None, None] * cross).sum(1) + between

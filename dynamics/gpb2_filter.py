@@ -25,10 +25,9 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import LOG_2PI, Array, Gaussian
+from dynamics.gaussian import LOG_2PI, Array, Flags, Gaussian
 from dynamics.kalman import update
 from dynamics.slds import SLDS
 
@@ -127,7 +126,7 @@ def _possible(step: Step, frames: Frames) -> Step:
     return step
 
 
-def _measured(frames: Frames) -> NDArray[np.bool_]:
+def _measured(frames: Frames) -> Flags:
     """(M,) whether any row measures each entry, at least one true; the other entries would only cost time."""
     measured = np.asarray(np.isfinite(frames.y).any(0))
     measured[0] |= not measured.any()

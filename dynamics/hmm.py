@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.chain import (
     CROSSING,
@@ -21,7 +20,7 @@ from dynamics.chain import (
     side_by_side,
     split_as,
 )
-from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
+from dynamics.gaussian import Array, Gaussian, Ints, frozen, inverse_root, transpose
 from dynamics.kalman import update
 from dynamics.posterior import Switching
 
@@ -101,7 +100,7 @@ class Expected:
     log_lik: Array
     mean: Array
     cov: Array
-    gappy: NDArray[np.intp]
+    gappy: Ints
 
 
 def expected(hmm: HMM, y: Array) -> Expected:

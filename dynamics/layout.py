@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags
 
 
-def among(names: Iterable[str], chosen: Iterable[str]) -> NDArray[np.bool_]:
+def among(names: Iterable[str], chosen: Iterable[str]) -> Flags:
     """Whether each of the names is one of the chosen."""
     wanted = set(chosen)
     return np.array([name in wanted for name in names], dtype=bool)
@@ -49,7 +48,7 @@ class Layout:
         return self.order * self.d + len(self.drifts)
 
     @cached_property
-    def travels(self) -> NDArray[np.bool_]:
+    def travels(self) -> Flags:
         """(d,) whether each freedom of the pose travels."""
         return among(self.names, self.travelling)
 

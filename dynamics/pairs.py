@@ -10,10 +10,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.compiled import compiled, part
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Ints
 from dynamics.slds import SLDS
 
 System = tuple[Array, ...]  # result of `constants`
@@ -36,9 +35,7 @@ def constants(slds: SLDS, C: Array, R: Array) -> System:
 
 
 @COMPILED
-def viterbi_rows(
-    system: System, log_Pi: Array, y: Array, extra: Array, before: NDArray[np.intp], found: Found
-) -> None:
+def viterbi_rows(system: System, log_Pi: Array, y: Array, extra: Array, before: Ints, found: Found) -> None:
     """The best step to each state in all rows of `dynamics.frames.Frames` that have one before them.
 
     Args:
@@ -71,9 +68,7 @@ def viterbi_rows(
 
 
 @COMPILED
-def gpb2_rows(
-    system: System, log_switch: Array, y: Array, extra: Array, before: NDArray[np.intp], found: Found
-) -> None:
+def gpb2_rows(system: System, log_switch: Array, y: Array, extra: Array, before: Ints, found: Found) -> None:
     """GPB2 in the rows that have one before them; the others are already filled.
 
     Args:

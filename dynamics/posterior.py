@@ -4,9 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, joint
+from dynamics.gaussian import Array, Gaussian, Ints, joint
 from dynamics.slds import SLDS
 
 
@@ -15,7 +14,7 @@ class Switching:
     """The states of one sequence of T frames: prob (T, K) Pr(s_t), path (T,) the most probable states."""
 
     prob: Array
-    path: NDArray[np.intp]
+    path: Ints
 
 
 @dataclass(frozen=True)
@@ -38,9 +37,7 @@ class Posterior(Switching):
     steps: Gaussian | None = None
 
     @classmethod
-    def on_path(
-        cls, path: NDArray[np.intp], K: int, states: Gaussian, lag: Array, log_evidence: float
-    ) -> "Posterior":
+    def on_path(cls, path: Ints, K: int, states: Gaussian, lag: Array, log_evidence: float) -> "Posterior":
         """The posterior that takes one path of K switching states for certain."""
         prob = np.eye(K)[path]
         return cls(prob, path, prob[:-1, :, None] * prob[1:, None, :], states, lag, log_evidence)

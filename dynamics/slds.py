@@ -16,10 +16,9 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.chain import CROSSING, blocks, check_chain, joined
-from dynamics.gaussian import Array, Gaussian, frozen
+from dynamics.gaussian import Array, Flags, Gaussian, frozen
 from dynamics.layout import Layout, among
 
 
@@ -87,7 +86,7 @@ class SLDS:
         return self.layout.order
 
     @property
-    def travels(self) -> NDArray[np.bool_]:
+    def travels(self) -> Flags:
         """(M,) whether each measured freedom travels."""
         return among(self.names, self.travelling)
 

@@ -13,10 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.chain import joined
-from dynamics.gaussian import Array, frozen
+from dynamics.gaussian import Array, Flags, Ints, frozen
 from dynamics.layout import among
 
 QUICK, SLOW = 0.1, 0.4  # time scales of the residual, seconds
@@ -75,7 +74,7 @@ class Stride:
         return int(self.mean.shape[-1] - 1 - len(self.travelling)) // len(self.names)
 
     @property
-    def travels(self) -> NDArray[np.bool_]:
+    def travels(self) -> Flags:
         """(M,) whether each freedom travels."""
         return among(self.names, self.travelling)
 
@@ -108,6 +107,6 @@ def half_a_stride_on(size: int) -> Array:
     return np.asarray((-1.0) ** orders(size))
 
 
-def orders(size: int) -> NDArray[np.intp]:
+def orders(size: int) -> Ints:
     """(size,) which harmonic each entry of the basis is, 0 the constant."""
     return np.asarray((np.arange(size) + 1) // 2)

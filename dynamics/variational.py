@@ -54,8 +54,6 @@ def variational_all(
         numpy.linalg.LinAlgError: R, cov0 or the pose's block of Q is not positive definite.
         ValueError: the state holds more than poses, or no path can have made a sequence.
     """
-    if rounds < 1:
-        raise ValueError(f"rounds must be at least 1; got {rounds}")
     system = whitened(slds)
     begin = viterbi_all(slds, ys, hints) if start is None else start
     posteriors: dict[int, Posterior] = {}

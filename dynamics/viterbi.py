@@ -14,13 +14,11 @@ memory with T.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import LOG_2PI, Array, Gaussian
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, Ints
 from dynamics.kalman import reverse, update
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
@@ -32,7 +30,7 @@ def viterbi(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
     """The best path through one sequence (T, M), T >= 1; NaN entries were not measured.
 
     `hints` (T, K) are added to the log likelihoods of the switching states, None adds nothing; ValueError if
-    they do not fit y or no path is possible.
+    no path is possible.
     """
     return viterbi_all(slds, [y], None if hints is None else [hints])[0]
 
@@ -44,25 +42,16 @@ def viterbi_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None =
 
 def best_log_p_all(slds: SLDS, ys: Sequence[Array]) -> list[float]:
     """The log evidence alone that `viterbi_all` finds for each sequence."""
-    return in_batches(slds, ys, None, lambda frames: _best_log_p(forward(slds, frames), frames).tolist())
+    return in_batches(slds, ys, None, lambda frames: _best_log_p(forward(slds, frames)[2], frames).tolist())
 
 
-@dataclass(frozen=True)
-class Forward:
-    """Results of the forward pass; rows as in `Frames`.
+def forward(slds: SLDS, frames: Frames) -> tuple[Gaussian, Ints, Array]:
+    """The filter.
 
-    beliefs : mean (rows, K, N), cov (rows, K, N, N) of x_t given y up to t and the best path to each state
-    back    : (rows, K) the best predecessor of each state; meaningless in the first frame
-    cost    : (rows, K) minus log p(y up to t, best path to each state)
+    Returns:
+        x_t (rows, K) given y up to t and the best path to each state; the best predecessor (rows, K) of each
+        state, meaningless in the first frame; and (rows, K) minus log p(y up to t, best path to each state).
     """
-
-    beliefs: Gaussian
-    back: NDArray[np.intp]
-    cost: Array
-
-
-def forward(slds: SLDS, frames: Frames) -> Forward:
-    """The filter: every state's best predecessor at every frame, and its belief."""
     from dynamics.pairs import constants, viterbi_rows  # slow to import
 
     K, N = slds.b.shape
@@ -74,43 +63,43 @@ def forward(slds: SLDS, frames: Frames) -> Forward:
     cost[now] = -slds.log_pi0 - log_lik - frames.hints[now]
     found = beliefs.mean, beliefs.cov, cost, back
     viterbi_rows(constants(slds, slds.C, slds.R), slds.log_Pi, frames.y, extra, frames.before, found)
-    return Forward(beliefs, back, cost)
+    return beliefs, back, cost
 
 
-def _best_log_p(ahead: Forward, frames: Frames) -> Array:
+def _best_log_p(cost: Array, frames: Frames) -> Array:
     """log p(y, best path) of each sequence."""
-    value = -ahead.cost[_last(frames)].min(-1)
+    value = -cost[_last(frames)].min(-1)
     if not np.isfinite(value).all():
         raise ValueError("no switching path is possible; see pi0, Pi and hints")
     return np.asarray(value)
 
 
-def _last(frames: Frames) -> NDArray[np.intp]:
+def _last(frames: Frames) -> Ints:
     return np.array([rows[-1] for rows in frames.sequences()])
 
 
 def _posteriors(slds: SLDS, frames: Frames) -> list[Posterior]:
-    ahead = forward(slds, frames)
-    value = _best_log_p(ahead, frames)
-    path = _backtrace(ahead, frames, _last(frames))
-    states, lag = _smooth(slds, ahead.beliefs, path, frames)
+    beliefs, back, cost = forward(slds, frames)
+    value = _best_log_p(cost, frames)
+    path = _backtrace(back, cost, frames)
+    states, lag = _smooth(slds, beliefs, path, frames)
     return [
         Posterior.on_path(path[rows], slds.K, states[rows], lag[rows[1:]], float(log_p))
         for rows, log_p in zip(frames.sequences(), value, strict=True)
     ]
 
 
-def _backtrace(ahead: Forward, frames: Frames, last: NDArray[np.intp]) -> NDArray[np.intp]:
-    """(rows,) the switching states of each sequence's cheapest path, from its `last` row."""
-    path = np.empty(len(frames.y), dtype=np.intp)
-    path[last] = ahead.cost[last].argmin(-1)
+def _backtrace(back: Ints, cost: Array, frames: Frames) -> Ints:
+    """(rows,) the switching states of each sequence's cheapest path."""
+    path, last = np.empty(len(frames.y), dtype=np.intp), _last(frames)
+    path[last] = cost[last].argmin(-1)
     for earlier, now in frames.back():
         chosen = path[now]
-        path[earlier] = ahead.back[now][np.arange(len(chosen)), chosen]
+        path[earlier] = back[now][np.arange(len(chosen)), chosen]
     return path
 
 
-def _smooth(slds: SLDS, beliefs: Gaussian, path: NDArray[np.intp], frames: Frames) -> tuple[Gaussian, Array]:
+def _smooth(slds: SLDS, beliefs: Gaussian, path: Ints, frames: Frames) -> tuple[Gaussian, Array]:
     """RTS along each path: the states (rows,), and Cov(x_t, x_{t-1}) in the row of t."""
     states = beliefs[np.arange(len(path)), path]
     lag = np.zeros_like(states.cov)

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from kinematics.sides import exchanged
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 
 ROOT = ("root_x", "root_y")
 SCALE = "scale"
@@ -101,16 +103,16 @@ class Layout(NamedTuple):
     """
 
     scale: int
-    angle: NDArray[np.intp]
-    stretch: NDArray[np.intp]
-    turns: NDArray[np.bool_]
-    breathes: NDArray[np.bool_]
+    angle: Ints
+    stretch: Ints
+    turns: Flags
+    breathes: Flags
     sense: Array
     rest: Array
     length: Array
     width: Array
     taper: Array
-    layer: NDArray[np.intp]
+    layer: Ints
     chain: Array
     reach: Array
 
@@ -281,7 +283,7 @@ class Figure:
         return {i: twin for i, twin in enumerate(twins) if twin != i}
 
     @cached_property
-    def joint_twins(self) -> NDArray[np.intp]:
+    def joint_twins(self) -> Ints:
         """(1 + L,) position in `joints` of each joint's twin on the other side, or its own."""
         order = np.arange(len(self.joints))
         for link, twin in self.twins.items():
@@ -289,7 +291,7 @@ class Figure:
         return order
 
     @cached_property
-    def exchanged(self) -> NDArray[np.intp]:
+    def exchanged(self) -> Ints:
         """(D,) position in `q` of each freedom's twin on the other side; its own where there is none."""
         order, layout = np.arange(len(self.freedoms)), self.layout
         for link, twin in self.twins.items():
@@ -327,7 +329,7 @@ class Figure:
         return share
 
     @cached_property
-    def chain(self) -> NDArray[np.bool_]:
+    def chain(self) -> Flags:
         """(L, L): whether turning link j moves link i."""
         moved = np.eye(len(self.links), dtype=bool)
         for i, parent in enumerate(self.parents):
@@ -345,12 +347,7 @@ class Figure:
 
     def link_of(self, joint: str) -> int:
         """Position of the link whose tip is this keypoint; ValueError if there is none."""
-        tips = self.joints[1:]
-        if joint not in tips:
-            raise ValueError(
-                f"no link of figure {self.name!r} ends at {joint!r}; they end at {', '.join(tips)}"
-            )
-        return tips.index(joint)
+        return self.joints[1:].index(joint)
 
     def is_leg(self, link: Link) -> bool:
         return any(link.name.startswith(part) for part in self.leg)

@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array, Figure
+from kinematics.figure import Array, Figure, Flags
 from kinematics.figure_file import WALKER
 from kinematics.spm import View
 
@@ -39,7 +38,7 @@ class Start:
     figure: Figure
     view: View
     q: Array
-    known: NDArray[np.bool_]
+    known: Flags
     hidden: frozenset[str] = frozenset()
     foreshortened: frozenset[str] = frozenset()
 
@@ -79,7 +78,7 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     return Start(figure, view, q, known, foreshortened=names)
 
 
-def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
+def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, Flags]:
     """The pose q (D,), scale and stretches zero, whose links point the way the joints lie; and (D,) whether
     each freedom was seen.
 

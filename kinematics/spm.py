@@ -9,11 +9,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array, Figure
-
-Index = NDArray[np.intp]
+from kinematics.figure import Array, Figure, Flags, Ints
 
 
 @dataclass(frozen=True)
@@ -101,7 +98,7 @@ def joints(figure: Figure, q: Array) -> Array:
     return np.concatenate([q[..., None, :2], skeleton(figure, q).tip], axis=-2)
 
 
-def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
+def surface(bones: Skeleton, link: Ints, along: Array, across: Array) -> Array:
     """(..., P, 2) body coordinates of points fixed to links (P,), for the links as poses place them.
 
     They lie at `along` (P,), shares of the link's length, and `across` (P,), leg lengths to its left before
@@ -148,20 +145,11 @@ def motions(figure: Figure, bones: Skeleton) -> Array:
     return M
 
 
-def jacobian(figure: Figure, bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
-    """(..., P, 2, D) derivative of `surface` by the pose: leg lengths per leg length, per radian, per log
-    unit."""
-    d, n = bones.direction[..., link, :], bones.normal[..., link, :]
-    u = (along * bones.length[..., link])[..., None]
-    v = (bones.size[..., None] * across)[..., None]
-    ways = np.stack([d, n, u * d, u * n - v * d, u * d + v * n], axis=-1)
-    return np.asarray(ways @ motions(figure, bones)[..., link, :, :])
-
-
 def joint_jacobian(figure: Figure, q: Array) -> Array:
     """(..., 1 + L, 2, D) derivative of `joints` by the pose."""
-    bones, L = skeleton(figure, q), len(figure.links)
-    tips = jacobian(figure, bones, np.arange(L), np.ones(L), np.zeros(L))
+    bones = skeleton(figure, q)
+    d, n, u = bones.direction, bones.normal, bones.length[..., None]
+    tips = np.stack([d, n, u * d, u * n, u * d], axis=-1) @ motions(figure, bones)
     base = np.zeros_like(tips[..., :1, :, :])
     base[..., 0, 0, 0] = base[..., 0, 1, 1] = 1.0
     return np.concatenate([base, tips], axis=-3)
@@ -185,9 +173,7 @@ def angle_gradients(figure: Figure, q: Array) -> Array:
     return np.asarray(turned * figure.layout.sense[:, None, None])
 
 
-def covering(
-    figure: Figure, bones: Skeleton, points: Array, link: Index, margin: float = 0.0
-) -> NDArray[np.bool_]:
+def covering(figure: Figure, bones: Skeleton, points: Array, link: Ints, margin: float = 0.0) -> Flags:
     """(P,) whether a link nearer to the camera lies over each of the points (P, 2), body coordinates, of
     these links (P,).
 

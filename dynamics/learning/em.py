@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dynamics.gaussian import Array, Gaussian, symmetric
+from dynamics.gaussian import Array, Gaussian, measured_first, symmetric
 from dynamics.layout import Layout, among
-from dynamics.learning.initialise import check_sequences, fill, first_guess
+from dynamics.learning.initialise import check_sequences, first_guess
 from dynamics.learning.mstep import maximise
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import Prior, changes, data_prior, log_prior
@@ -98,8 +98,8 @@ def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
 
 
 def from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Array:
-    """The sequence with its travelling freedoms relative to their first measured value."""
-    return y - np.where(among(names, travelling), fill([y])[0][0], 0.0)
+    """The sequence with its travelling freedoms relative to their first measured value, if they have one."""
+    return y - np.where(among(names, travelling), measured_first(y), 0.0)
 
 
 def _climb(

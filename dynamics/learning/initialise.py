@@ -7,10 +7,9 @@ import warnings
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.chain import split_as
-from dynamics.gaussian import Array, Gaussian, measured_mean
+from dynamics.gaussian import Array, Gaussian, Ints, measured_mean
 from dynamics.layout import Layout
 from dynamics.posterior import Posterior
 
@@ -54,7 +53,7 @@ def scaled(values: Array, size: Array) -> Array:
     return np.asarray(values[:, moves] / spread[moves])
 
 
-def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -> NDArray[np.intp]:
+def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -> Ints:
     """(T,) the cluster of each of the points (T, n), the tightest K of some tries; 0 where too few differ."""
     from scipy.cluster.vq import kmeans2  # as slow to import as all of scipy that tracking needs
 
@@ -86,7 +85,7 @@ def _features(ys: Sequence[Array], layout: Layout) -> Array:
     return scaled(np.concatenate(raw), np.hstack([size[stays], size]))
 
 
-def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
+def _labelled(y: Array, s: Ints, K: int, order: int) -> Posterior:
     """Posterior in which these poses and switching states are certain."""
     before = np.vstack([2.0 * y[:1] - y[1:2], y[:-1]])
     mean = y if order == 1 else np.hstack([y, before])

@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, symmetric, transpose
+from dynamics.gaussian import Array, Flags, symmetric, transpose
 from dynamics.learning.prior import Prior
 from dynamics.learning.regression import solve
 from dynamics.posterior import Posterior
@@ -113,7 +112,7 @@ def _measurement_noise(
     return symmetric(scatter / (prior.R_count + w[full | part].sum()))
 
 
-def _completed(moments: Array, seen: NDArray[np.bool_], R: Array) -> Array:
+def _completed(moments: Array, seen: Flags, R: Array) -> Array:
     """E[w w'] of all entries' noise from that of the measured entries: moments (n, M, M), seen (n, M)."""
     both = seen[:, :, None] & seen[:, None, :]
     known = np.where(seen[:, None, :], R, 0.0)

@@ -45,15 +45,11 @@ def choose(
         when held out, groups sorted by name.
 
     Raises:
-        ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.
+        ValueError: fewer than two groups, or sequences that cannot be learned from.
     """
     held, group = np.unique(groups, return_inverse=True)
-    if len(groups) != len(sequences):
-        raise ValueError(f"every sequence needs a group; got {len(groups)} for {len(sequences)} sequences")
     if len(held) < 2 or folds < 2:
         raise ValueError(f"choosing needs two folds and two groups at least; got {folds} and {len(held)}")
-    if not candidates:
-        raise ValueError("choosing needs at least one candidate; got none")
     ys = [from_origin(y, names, travelling) for y in sequences]
     frames = np.bincount(group, [(~np.isnan(y)).any(1).sum() for y in ys])
     if not frames.all():

@@ -16,9 +16,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density, unknown
+from dynamics.gaussian import Array, Gaussian, Ints, apply, collapse, log_density, measured_first, unknown
 from dynamics.learning.em import from_origin
 from dynamics.motion.rate import by_motion
 from dynamics.region import log_switch, regions
@@ -35,11 +34,9 @@ ANYWHERE = 100.0  # variance of the place in a first frame that was not measured
 def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bool = True) -> Gaussian:
     """Every frame's pose given all measurements: mean (T, M) and cov (T, M, M), without measurement noise.
 
-    NaN entries of y (T, M), whole rows too, were not measured; ValueError if nothing was. If `recurrent` the
-    switch depends on the pose; False is the papers' switch.
+    NaN entries of y (T, M), whole rows too, were not measured, but not all of them. If `recurrent` the switch
+    depends on the pose; False is the papers' switch.
     """
-    if np.isnan(y).all():
-        raise ValueError("nothing was measured; give at least one frame to fill from")
     poses = unknown(*y.shape)
     for rows, window in _pieces(y):
         found = _filled(slds, y[window], rng, recurrent)
@@ -78,8 +75,7 @@ def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> 
         x = np.stack([states.mean for states in smoothed])
     covs = np.stack([states.cov for states in smoothed], axis=1)
     states = collapse(np.full((len(y), PATHS), 1.0 / PATHS), Gaussian(np.swapaxes(x, 0, 1), covs))
-    place = np.nan_to_num(y - local)[np.isfinite(y - local).argmax(0), np.arange(y.shape[1])]
-    return states.through(slds.C, place)
+    return states.through(slds.C, measured_first(y - local))
 
 
 def _placed(slds: SLDS) -> SLDS:
@@ -88,7 +84,7 @@ def _placed(slds: SLDS) -> SLDS:
     return replace(slds, cov0=slds.cov0 + ANYWHERE * places @ places.T)
 
 
-def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: bool) -> NDArray[np.intp]:
+def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: bool) -> Ints:
     """(P, T) switch paths given the states x (P, T, N)."""
     P, T, _ = x.shape
     d, rows = len(slds.names), np.arange(P)
@@ -109,8 +105,8 @@ def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: boo
     return paths
 
 
-def _draw(log_p: Array, rng: np.random.Generator) -> NDArray[np.intp]:
+def _draw(log_p: Array, rng: np.random.Generator) -> Ints:
     """(P,) one index from each row of unnormalised log probabilities (P, K)."""
     heap = np.exp(log_p - log_p.max(-1, keepdims=True)).cumsum(-1)
-    drawn: NDArray[np.intp] = (heap <= rng.random((len(heap), 1)) * heap[:, -1:]).sum(-1)
+    drawn: Ints = (heap <= rng.random((len(heap), 1)) * heap[:, -1:]).sum(-1)
     return drawn

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags
 from dynamics.slds import SLDS
 from dynamics.viterbi import best_log_p_all
 
@@ -32,12 +32,13 @@ def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda:
     measured = np.asarray(np.isfinite(np.concatenate(some)).any(0))
     kinds = [kind for kind in (~travels & measured, travels & measured) if kind.any()]
     searches = [measured, *kinds, *kinds] if len(kinds) > 1 else kinds
-    variance = np.zeros(len(slds.names))
+    deviation = np.zeros(len(slds.names))
     for n in range(SEARCHES):
         if n < len(searches):
-            variance = _likeliest(slds, some, variance, searches[n])
+            noisy = partial(_noisy, slds, deviation, searches[n])
+            deviation = np.where(searches[n], _likeliest(noisy, some, 0.0, LEAST, MOST), deviation)
         tick()
-    return replace(slds, R=slds.R + np.diag(variance)) if variance.any() else slds
+    return replace(slds, R=slds.R + np.diag(deviation**2)) if deviation.any() else slds
 
 
 def among_strangers(slds: SLDS) -> SLDS:
@@ -67,42 +68,34 @@ def at_process_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] =
     Some people, and motions faster than those learned from, follow the dynamics less closely.
     `tick` is called once.
     """
-    some = _some(ys)
 
-    def changed(log_factor: float) -> SLDS:
-        return replace(slds, Q=slds.Q * np.exp(log_factor))
+    def changed(factor: float) -> SLDS:
+        return replace(slds, Q=slds.Q * factor)
 
-    def cost(log_factor: float) -> float:
-        return -sum(best_log_p_all(changed(log_factor), some))
-
-    log_factor, least = _search(cost, *FACTORS)
+    factor = _likeliest(changed, _some(ys), 1.0, *FACTORS)
     tick()
-    return changed(log_factor) if least < cost(0.0) else slds
+    return slds if factor == 1.0 else changed(factor)
 
 
-def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArray[np.bool_]) -> Array:
-    """The added variance (M,), with the entries of the chosen freedoms (M,) replaced by their likeliest
-    value."""
-
-    def changed(log_deviation: float) -> Array:
-        return np.where(freedoms, np.exp(2.0 * log_deviation), variance)
-
-    def cost(added: Array) -> float:
-        noisy = replace(slds, R=slds.R + np.diag(added))
-        return -sum(best_log_p_all(noisy, ys))
-
-    log_deviation, least = _search(lambda x: cost(changed(x)), LEAST, MOST)
-    none = np.where(freedoms, 0.0, variance)
-    return changed(log_deviation) if least < cost(none) else none
+def _noisy(slds: SLDS, deviation: Array, freedoms: Flags, common: float) -> SLDS:
+    """The model with deviations (M,) added to R, of the chosen freedoms (M,) a common one."""
+    return replace(slds, R=slds.R + np.diag(np.where(freedoms, common, deviation) ** 2))
 
 
-def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    """The logarithm of the number between `low` and `high` of least cost, and that cost."""
+def _likeliest(
+    changed: Callable[[float], SLDS], ys: Sequence[Array], none: float, low: float, high: float
+) -> float:
+    """The number from `low` to `high` by which the changed model makes sequences most likely, or `none`."""
     from scipy.optimize import minimize_scalar  # slow to import; labels of tracked motion do not need it
 
-    bounds = (float(np.log(low)), float(np.log(high)))
-    found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": STEP})
-    return float(found.x), float(found.fun)
+    def cost(number: float) -> float:
+        return -sum(best_log_p_all(changed(number), ys))
+
+    bounds = (np.log(low), np.log(high))
+    found = minimize_scalar(
+        lambda x: cost(np.exp(x)), bounds=bounds, method="bounded", options={"xatol": STEP}
+    )
+    return float(np.exp(found.x)) if found.fun < cost(none) else none
 
 
 def _some(ys: Sequence[Array]) -> list[Array]:

@@ -10,10 +10,9 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import Array, Gaussian, apply, collapse, unknown
+from dynamics.gaussian import Array, Gaussian, Ints, apply, collapse, unknown
 from dynamics.gpb2 import switching_all
 from dynamics.gpb2_filter import filter_steps
 from dynamics.hmm import HMM, hmm_all
@@ -45,7 +44,7 @@ class Labelling:
     """
 
     label: tuple[str, ...]
-    state: NDArray[np.intp]
+    state: Ints
     labels: tuple[str, ...]
     prob: Array
 
@@ -88,7 +87,7 @@ def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
     return [labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
 
 
-def labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
+def labelling(labels: tuple[str, ...], prob: Array, path: Ints) -> Labelling:
     """A Labelling from the labels of the K states, their probabilities (T, K) and the path (T,)."""
     motions = tuple(dict.fromkeys(labels))
     belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
@@ -107,9 +106,6 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
     Returns:
         For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
         the frames up to t - horizon. The first `horizon` entries, which have no such frames, are NaN.
-
-    Raises:
-        ValueError: a horizon below 1.
     """
     own = drawn(wider(slds), TOWARDS)
     found = [unknown(len(y) + horizon, len(slds.names)) for y in ys]
@@ -139,8 +135,6 @@ def forecasts(
         recurrent: the switch depends on the pose; if not it is the papers'.
         first: forecasts from earlier frames than this are skipped, which saves time.
     """
-    if horizon < 1:
-        raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
     switch = partial(log_switch, slds, regions(slds), weight=POSE) if recurrent else None
 
     def infer(frames: Frames) -> list[Gaussian]:
@@ -158,9 +152,7 @@ def forecasts(
     return in_batches(slds, ys, None, infer)
 
 
-def synthesise(
-    slds: SLDS, T: int, rng: np.random.Generator, *, recurrent: bool = True
-) -> tuple[NDArray[np.intp], Array]:
+def synthesise(slds: SLDS, T: int, rng: np.random.Generator, *, recurrent: bool = True) -> tuple[Ints, Array]:
     """A motion sampled from the model: switching states (T,) and poses (T, M) without measurement noise.
 
     If `recurrent` the switch depends on the pose, and every step is weighted by the region of its state

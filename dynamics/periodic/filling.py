@@ -16,9 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, collapse
+from dynamics.gaussian import Array, Gaussian, Ints, collapse
 from dynamics.periodic.fit import Fit, Stretch
 from dynamics.stride import Stride, harmonics
 
@@ -54,12 +53,12 @@ class Filling:
                    nats; all motions equally probable beforehand
     """
 
-    rows: NDArray[np.intp]
+    rows: Ints
     poses: Gaussian
     log_evidence: float
 
 
-def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
+def gaps(stride: Stride, y: Array, fps: float) -> Iterator[Ints]:
     """The frames of each gap: runs of frames that lack a freedom, cut into pieces where most is measured.
 
     NaN entries of y (T, M) were not measured; a travelling freedom that was never measured makes no gap.
@@ -72,7 +71,7 @@ def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
             yield from np.split(run, np.flatnonzero(np.diff(measured // max(1, round(PIECE * fps)))) + 1)
 
 
-def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Filling:
+def fill(stride: Stride, y: Array, rows: Ints, fps: float) -> Filling:
     """Fill one gap, the successive frames `rows`, with the noise that makes its neighbours most likely.
 
     ValueError: no angle was measured near it, or it has more than MOST frames.
@@ -99,7 +98,7 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     return Filling(rows, poses, _evidence(apart))
 
 
-def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
+def around(y: Array, rows: Ints, fps: float) -> slice:
     """The gap with CONTEXT seconds of measured frames on either side, or the fewer ones within twice that."""
     measured = np.flatnonzero(np.isfinite(y).any(1))
     near = max(1, round(CONTEXT * fps))
@@ -153,7 +152,7 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
     return [(phases[j], speeds[i], bends[score[i, :, j].argmax()] * stride.bend[k]) for i, j in peaks]
 
 
-def _thinned(y: Array, rows: NDArray[np.intp], fps: float) -> Array:
+def _thinned(y: Array, rows: Ints, fps: float) -> Array:
     """y (T, M) with NaN in measured frames that are not needed around a gap: the nearest on either side and
     OFTEN a second farther out remain, and all within it."""
     measured = np.flatnonzero(np.isfinite(y).any(1))
@@ -161,14 +160,14 @@ def _thinned(y: Array, rows: NDArray[np.intp], fps: float) -> Array:
     return _only(y, np.concatenate([_apart(before[::-1], fps / OFTEN), rows, _apart(after, fps / OFTEN)]))
 
 
-def _apart(rows: NDArray[np.intp], frames: float) -> NDArray[np.intp]:
+def _apart(rows: Ints, frames: float) -> Ints:
     """Every n-th of the rows, so that neighbours are mostly about so many frames apart, or all of sparser
     rows."""
     usual = np.median(np.abs(np.diff(rows))) if len(rows) > 1 else 1.0
     return rows[:: max(1, round(frames / float(usual)))]
 
 
-def _only(y: Array, rows: NDArray[np.intp]) -> Array:
+def _only(y: Array, rows: Ints) -> Array:
     """y (T, M) with NaN in all other rows."""
     out = np.full_like(y, np.nan)
     out[rows] = y[rows]

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
 
-from dynamics.gaussian import LOG_2PI, Array, Gaussian, measured_mean, symmetric
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, Ints, measured_mean, symmetric
 from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics, slopes
 
-Cells = tuple[NDArray[np.intp], NDArray[np.intp]]  # frame and freedom of each measured number
+Cells = tuple[Ints, Ints]  # frame and freedom of each measured number
 
 ANYWHERE = 100.0  # prior standard deviation of the place of a freedom that travels, body units
 SHIFT = 3.0  # prior standard deviation of the phase about a start, radians
@@ -76,7 +75,7 @@ class Fit:
         own = self.stretch
         return Stretch(own.stride, own.k, own.t, y, noise).climb(self.z, self.start, STEPS)
 
-    def predict(self, rows: NDArray[np.intp]) -> Gaussian:
+    def predict(self, rows: Ints) -> Gaussian:
         """mean (m, M) and cov (m, M, M) of the poses in these frames, without noise, given all
         measurements."""
         own, stride = self.stretch, self.stretch.stride

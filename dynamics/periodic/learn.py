@@ -15,10 +15,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dynamics.gaussian import Array, symmetric
+from dynamics.gaussian import Array, Ints, symmetric
 from dynamics.layout import among
 from dynamics.periodic.fit import Fit, Stretch
 from dynamics.stride import Stride, half_a_stride_on, harmonics, orders
@@ -70,7 +69,7 @@ def learn(
     *,
     names: Sequence[str],
     travelling: Sequence[str],
-    twins: NDArray[np.intp],
+    twins: Ints,
     fps: float,
     label: str,
     rounds: int,
@@ -122,9 +121,7 @@ def moments(fit: Fit, *, residual: bool = True) -> Moments:
     )
 
 
-def maximise(
-    stride: Stride, pieces: Sequence[Piece], found: Sequence[Moments], twins: NDArray[np.intp]
-) -> Stride:
+def maximise(stride: Stride, pieces: Sequence[Piece], found: Sequence[Moments], twins: Ints) -> Stride:
     """The M-step: the likeliest parameters given the moments of the pieces."""
     people = len({p.person for p in pieces})
     F = mirror_matrix(stride, twins)
@@ -155,7 +152,7 @@ def maximise(
     return replace(changed, quick=S[:1], slow=S[1:2], R=S[2:])
 
 
-def mirror_matrix(stride: Stride, twins: NDArray[np.intp]) -> Array:
+def mirror_matrix(stride: Stride, twins: Ints) -> Array:
     """(Z, Z) matrix from a stretch's numbers to those of its mirror image."""
     M, size, Z = len(stride.names), stride.basis, stride.mean.shape[1]
     F = np.eye(Z)
@@ -198,7 +195,7 @@ def _first(
     pieces: Sequence[Piece],
     names: tuple[str, ...],
     travelling: tuple[str, ...],
-    twins: NDArray[np.intp],
+    twins: Ints,
     fps: float,
     label: str,
 ) -> tuple[Stride, list[tuple[float, float, float]]]:

@@ -85,9 +85,7 @@ def test_every_joint_but_the_base_is_the_tip_of_one_link():
     for i, link in enumerate(WALKER.links):
         assert WALKER.link_of(link.joint) == i
     for joint in ("hip", "nose"):
-        with pytest.raises(
-            ValueError, match=f"no link of figure 'walker' ends at '{joint}'; they end at neck,"
-        ):
+        with pytest.raises(ValueError, match="not in tuple"):
             WALKER.link_of(joint)
 
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags
 from dynamics.motion.tasks import forecasts
 from dynamics.slds import SLDS, constant_velocity
 from dynamics.viterbi import viterbi
@@ -70,7 +69,7 @@ def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
     return np.asarray(y + noise * rng.normal(size=y.shape))
 
 
-def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bool_]) -> tuple[float, float]:
+def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: Flags) -> tuple[float, float]:
     """Share with the wrong motion among all frames, and among those that are `far` (NaN for none), per
     cent."""
     wrong = np.asarray(found) != np.asarray(wanted)
@@ -146,7 +145,7 @@ def best_path(slds: SLDS, y: Array) -> Array:
     return np.asarray(viterbi(slds, y).states.mean[:, : y.shape[1]])
 
 
-def out_of_range(made: Array, known: Iterable[Array], wider: float) -> NDArray[np.bool_]:
+def out_of_range(made: Array, known: Iterable[Array], wider: float) -> Flags:
     """(T,) whether a pose has an angle outside the range of the known poses, widened by a share of it."""
     angles = np.concatenate([centred(y) for y in known])[:, ANGLES]
     low, high = angles.min(0), angles.max(0)

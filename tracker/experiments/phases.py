@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Ints
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
@@ -88,7 +88,7 @@ class Cut:
     commonest: list[float] = field(default_factory=list)
     switches: list[float] = field(default_factory=list)
 
-    def add(self, jogs: Sequence[Capture], paths: Sequence[NDArray[np.intp]]) -> None:
+    def add(self, jogs: Sequence[Capture], paths: Sequence[Ints]) -> None:
         """Add the jogs of one group with the states that one model gave their frames."""
         subjects = np.repeat([c.subject for c in jogs], [len(c.y) for c in jogs])
         apart = [c.y[:, HIPS[0]] - c.y[:, HIPS[1]] for c in jogs]
@@ -147,7 +147,7 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     )
 
 
-def _plot(shown: Capture, path: NDArray[np.intp]) -> Plot:
+def _plot(shown: Capture, path: Ints) -> Plot:
     T = min(SHOWN, len(shown.y))
     return Plot(
         lambda file: draw_synthesis(path[:T], ("state",) * 2, shown.y[:T], FPS, file, ""),

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_lsq_spline
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags
 from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import mirror
 from tracker.models.centred import centred, rootless
@@ -36,7 +35,7 @@ class Splice:
     labels: tuple[str, ...]
     joints: tuple[int, ...]
 
-    def far(self, frames: int) -> NDArray[np.bool_]:
+    def far(self, frames: int) -> Flags:
         """(T,) whether a frame is more than so many frames from every joint."""
         t = np.arange(len(self.y))
         apart = [np.where(t < joint, joint - t, t - joint + 1) for joint in self.joints]

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from importlib import resources
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, transpose
+from dynamics.gaussian import Array, Ints, transpose
 from kinematics.sides import Side
 from kinematics.spm import joint_jacobian, joints
 from tracker.run.track import Track, blocks
@@ -92,7 +91,7 @@ class Way:
     def toes(self) -> bool:
         return bool(self.places.shape[1] > 2)
 
-    def turns(self, fps: float) -> dict[str, NDArray[np.intp]]:
+    def turns(self, fps: float) -> dict[str, Ints]:
         """Frames near the strikes and leavings of the foot."""
         ankle, tip = (_smoothed(self.places[:, c], SMOOTH * fps) for c in (0, self.places.shape[1] - 2))
         if len(ankle) < 3 or np.ptp(np.percentile(ankle, (5, 95))) < REACH:
@@ -107,7 +106,7 @@ class Way:
         sampled = _sampling(t, period, len(self.places))
         return None if sampled is None else (sampled[1] @ self.places[sampled[0]]).T
 
-    def moments(self, turns: NDArray[np.intp], period: float, weights: Weights) -> Iterator[Event]:
+    def moments(self, turns: Ints, period: float, weights: Weights) -> Iterator[Event]:
         """The moments near these frames, if the clip contains the whole window."""
         for t in turns:
             sampled = _sampling(int(t), period, len(self.places))
@@ -153,7 +152,7 @@ def _smoothed(values: Array, sigma: float) -> Array:
     return np.convolve(np.pad(values, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
 
 
-def _peaks(values: Array, prominence: float) -> NDArray[np.intp]:
+def _peaks(values: Array, prominence: float) -> Ints:
     """Rows of prominent peaks of values (T,); the middle row of a plateau.
 
     On both sides of a peak values fall by at least the prominence before they exceed it.

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dynamics.gaussian import Flags
 from kinematics.sides import SIDES, Side
 from tracker.gait.moments import OFF, STRIKE, Event, Way, named, read_weights
 from tracker.run.track import Track
@@ -136,7 +136,7 @@ def _moved(events: Sequence[Event], to: Callable[[float], float]) -> tuple[Event
     return tuple(replace(event, at=to(event.at)) for event in events)
 
 
-def _stands(track: Track, strides: Sequence[Stride]) -> NDArray[np.bool_]:
+def _stands(track: Track, strides: Sequence[Stride]) -> Flags:
     """(T,) whether the figure stands, of a figure that travels; all False of one that never does."""
     rows, ends = np.arange(len(track)), np.array([[s.strike.at, s.end.at] for s in strides]).reshape(-1, 2)
     travel, seconds = (

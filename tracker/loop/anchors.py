@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.belief import Belief, of_every_state
-from dynamics.gaussian import Array, Gaussian, apply
+from dynamics.gaussian import Array, Flags, Gaussian, Ints, apply
 from dynamics.kalman import update
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.recover import Marks, recover
@@ -48,9 +47,9 @@ class Anchor:
     visible : (J,)
     """
 
-    joint: NDArray[np.intp]
+    joint: Ints
     pixels: Array
-    visible: NDArray[np.bool_]
+    visible: Flags
 
     @classmethod
     def of(cls, figure: Figure, places: Marks, hidden: Collection[str] = ()) -> Self:

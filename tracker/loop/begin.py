@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.belief import Belief, first_belief
-from kinematics.figure import SCALE
+from kinematics.figure import SCALE, Flags
 from kinematics.recover import Start
 from kinematics.spm import covering, skeleton
 from tracker.loop.estimate import Estimate, State
@@ -68,7 +67,7 @@ def _templates(tracker: Tracker, start: Start, image: Image, curve: Image) -> Te
     )
 
 
-def _guessed(tracker: Tracker, start: Start) -> NDArray[np.bool_]:
+def _guessed(tracker: Tracker, start: Start) -> Flags:
     """(L,) whether a link's appearance is unknown: it is foreshortened, or something hides its tip."""
     figure, bones = tracker.figure, skeleton(tracker.figure, start.q)
     own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), tracker.settings.mark)

@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply
+from dynamics.gaussian import Array, Gaussian, Ints, apply
 from kinematics.figure import Figure
 from kinematics.spm import View, joint_jacobian, joints
-from tracker.registration.chain_rule import Pins, Search, Tail, settled
+from tracker.registration.chain_rule import Search, Tail, settled
 from tracker.registration.field import Likelihood
 from tracker.settings import Settings
 
@@ -40,7 +39,7 @@ class Detections:
     doubt  : factor on the spread of the settings
     """
 
-    joint: NDArray[np.intp]
+    joint: Ints
     pixels: Array
     doubt: float = 1.0
 
@@ -63,7 +62,7 @@ class Detections:
         names = tuple(figure.joints[joint] for joint in self.joint)
         return replace(self.of(other, names, self.pixels), doubt=self.doubt)
 
-    def ways(self, figure: Figure) -> NDArray[np.intp]:
+    def ways(self, figure: Figure) -> Ints:
         """(W, J) `joint` as named, with the legs exchanged, all on the near leg and all on the far leg."""
         joint, twin = self.joint, figure.joint_twins[self.joint]
         return np.stack([joint, twin, np.minimum(joint, twin), np.maximum(joint, twin)])
@@ -90,9 +89,9 @@ class Detector:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
         doubted = replace(self, doubt=found.doubt)
-        pins = Pins(found.ways(self.figure), self.view.to_body(found.pixels))
+        joint, place = found.ways(self.figure), self.view.to_body(found.pixels)
         tail = Tail(FREEDOM, doubted._spread)
-        q, information, gradient, away = settled(self.figure.layout, priors, pins, tail, SEARCH)
+        q, information, gradient, away = settled(self.figure.layout, priors, joint, place, tail, SEARCH)
         cost = doubted._cost(away) + self._prices[:, None]
         return Likelihood(q, information, apply(information, q) - gradient, cost)
 
@@ -142,7 +141,7 @@ class Detector:
         """(...) minus the log likelihood of points that are (..., J, 2) away from their joints, nats."""
         return np.asarray(0.5 * (FREEDOM + 2.0) * np.log1p(self._squares(away) / FREEDOM).sum(-1))
 
-    def _away(self, joint: NDArray[np.intp], pixels: Array, q: Array) -> Array:
+    def _away(self, joint: Ints, pixels: Array, q: Array) -> Array:
         """(..., J, 2) vectors from points (J, 2) to the joints (..., J) of a pose (D,), leg lengths."""
         return np.asarray(joints(self.figure, q)[joint] - self.view.to_body(pixels))
 

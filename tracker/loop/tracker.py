@@ -17,10 +17,9 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.belief import Belief, either, propose, together
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Flags, Gaussian
 from dynamics.kalman import update_information
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
@@ -66,9 +65,7 @@ class Tracker:
         """The mode of registration that the settings ask for."""
         return mode_of(self.settings)
 
-    def templates_at(
-        self, q: Array, image: Image, curve: Image, placed: NDArray[np.bool_] | None = None
-    ) -> Templates:
+    def templates_at(self, q: Array, image: Image, curve: Image, placed: Flags | None = None) -> Templates:
         """Templates cut from a picture at a pose (D,), see `tracker.registration.templates.cut`."""
         levels = self._levels(image, curve, self.box(q[None]))
         return cut(self.figure, self.view, q, levels, self.settings, placed)

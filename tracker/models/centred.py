@@ -5,7 +5,8 @@ They are subtracted before a model gets the poses, and added to its results.
 
 import numpy as np
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, measured_first, measured_mean
+from dynamics.layout import among
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
 
@@ -26,15 +27,10 @@ def rootless(y: Array) -> Array:
 
 def own_offset(y: Array, figure: Figure = WALKER) -> Array:
     """(M,) `first_place`, and the measured means of freedoms with a constant, such as the neck."""
-    offset, names = first_place(y), figure.learned_freedoms
-    for column in [names.index(name) for name in figure.offsets("marked") if name in names]:
-        measured = y[np.isfinite(y[:, column]), column]
-        offset[column] = measured.mean() if len(measured) else 0.0
-    return offset
+    constant = among(figure.learned_freedoms, figure.offsets("marked"))
+    return np.where(constant, measured_mean(y), first_place(y))
 
 
 def first_place(y: Array) -> Array:
     """(M,) first measured place of the root of poses (T, M), 0 if there is none; 0 for the angles."""
-    seen = np.isfinite(y)
-    first = y[seen.argmax(axis=0), np.arange(y.shape[1])]
-    return np.where(seen.any(axis=0) & (np.arange(y.shape[1]) < len(ROOT)), first, 0.0)
+    return np.where(np.arange(y.shape[1]) < len(ROOT), measured_first(y), 0.0)

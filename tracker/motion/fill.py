@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, Ints
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.noise import SEARCHES, at_noise
 from dynamics.periodic.filling import MOST, NOISES, Filling, around, fill, gaps, spaced
@@ -151,9 +150,7 @@ def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussi
     return whole, tuple(BY_SWITCHING if gap is None else BY_STRIDE for gap in found)
 
 
-def _by_stride(
-    stride: Stride, slds: SLDS | None, y: Array, rows: NDArray[np.intp], fps: float
-) -> Filling | None:
+def _by_stride(stride: Stride, slds: SLDS | None, y: Array, rows: Ints, fps: float) -> Filling | None:
     """A gap filled by the stride; None where the switching model explains its neighbourhood better."""
     window = y[around(y, rows, fps)]
     if slds is None:

@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Ints
 from dynamics.motion.tasks import synthesise
 from dynamics.periodic.synthesis import synthesise_stride
 from dynamics.slds import SLDS
@@ -29,7 +28,7 @@ def free_run(
     label: str | None = None,
     noise: float = 1.0,
     recurrent: bool = True,
-) -> tuple[NDArray[np.intp], list[str], Array]:
+) -> tuple[Ints, list[str], Array]:
     """States (T,), labels (T) and poses (T, 8) of a sampled motion.
 
     A harmonic stride gives the gait of one person drawn from its population.
@@ -77,7 +76,7 @@ def of_motion(slds: SLDS, label: str | None) -> SLDS:
     )
 
 
-def _motions(labels: tuple[str, ...], label: str | None) -> NDArray[np.intp]:
+def _motions(labels: tuple[str, ...], label: str | None) -> Ints:
     """Positions of the states of a motion, None for all."""
     states = np.flatnonzero([label in (own, None) for own in labels])
     if not len(states):

@@ -9,9 +9,8 @@ from matplotlib import patheffects
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags, Ints
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import DPI, Place, bar, frame_edges, patches
 from tracker.motion.sticks import LAYERS, SHADES, SIDES, sticks
@@ -27,9 +26,6 @@ STATES = [*range(4, 20, 2), *range(5, 20, 2), *range(4)]
 CURVES = (*POSE_COLUMNS[ROOT_COLUMNS:], *POSE_COLUMNS[:ROOT_COLUMNS])  # the root, if shown, is last
 NEUTRAL = "#555555"
 GAP = "#dddddd"
-
-Flags = NDArray[np.bool_]
-Rows = NDArray[np.intp]
 
 
 def draw_forecast(
@@ -76,7 +72,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
 
 
 def draw_synthesis(
-    states: Rows, labels: Sequence[str], y: Array, fps: float, path: Place, title: str
+    states: Ints, labels: Sequence[str], y: Array, fps: float, path: Place, title: str
 ) -> None:
     """Draw the figure at the start, in the middle and at the end, the legs' angles, and the switching states.
 
@@ -155,7 +151,7 @@ def _finish(figure: Any, grid: Any, title: str, found: str, last: list[tuple[Any
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
 
 
-def stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
+def stick_row(axes: Any, y: Array, fps: float, frames: Ints, first: int, missing: Flags) -> None:
     """Draw figures side by side, each with its frame number, on grey if not all angles were measured."""
     ends = sticks(y, fps)
     highest = max(TALL, float(ends[frames, ..., 1].max()) + 0.1)
@@ -186,7 +182,7 @@ def _incomplete(sequence: PoseSequence) -> Flags:
     return np.asarray(~sequence.seen[:, ROOT_COLUMNS:].all(1), dtype=bool)
 
 
-def _spread(start: int, stop: int) -> Rows:
+def _spread(start: int, stop: int) -> Ints:
     """Up to FIGURES rows, evenly spaced from start to stop - 1."""
     count = max(1, min(FIGURES, stop - start))
     return np.unique(np.linspace(start, stop - 1, count).round().astype(int))

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Ints
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
@@ -94,7 +93,7 @@ class Places:
     """
 
     scene: Array
-    size: NDArray[np.intp]
+    size: Ints
     score: Array
 
 
@@ -178,9 +177,7 @@ class _Bodies:
         inside, around = (Kernels.of(each[None], HIP, (h, w)) for each in self.mean)
         return inside, around
 
-    def at(
-        self, odds: Planes, means: tuple[Kernels, Kernels]
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    def at(self, odds: Planes, means: tuple[Kernels, Kernels]) -> tuple[Ints, Ints, Array]:
         """Rows and columns of the best places of a map, and the best silhouette's sum there, nats."""
         both = odds, np.maximum(odds, 0.0)
         inside, around = (mean.sums(part)[0] for mean, part in zip(means, both, strict=True))
@@ -215,7 +212,7 @@ def _places(stage: Stage, t: int, sizes: list[tuple[Kernels, Kernels]], bodies: 
     return Places(np.concatenate(scene), np.concatenate(size), np.concatenate(score))
 
 
-def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Planes:
+def _around(odds: Planes, rows: Ints, columns: Ints) -> Planes:
     """(..., h w) values of a map on GRID around hips at these places (...)."""
     h, w = GRID.shape
     # As hips may lie one place outside.
@@ -232,7 +229,7 @@ def _best(
     step = STEP * DENSITY * fps / 30.0
     worth = units / np.sqrt(units[0] * units[-1])
     value: list[Array] = []
-    before: list[NDArray[np.intp]] = []
+    before: list[Ints] = []
     for t, here in enumerate(places):
         gain = (here.score - BASE) * worth[here.size]
         come = np.zeros(len(gain))

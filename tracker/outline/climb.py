@@ -11,9 +11,8 @@ Gaussian.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import SCALE, STRETCH, Array, Figure
+from kinematics.figure import SCALE, STRETCH, Array, Figure, Flags
 from tracker.outline.chain import Chain
 from tracker.outline.lbfgs import lowest
 from tracker.outline.shape import Grid, Shape, arms_worth
@@ -53,7 +52,7 @@ class Marked:
 
     frame: int
     q: Array
-    known: NDArray[np.bool_]
+    known: Flags
 
 
 def climb(

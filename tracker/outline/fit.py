@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import SCALE, Array, Figure
+from kinematics.figure import SCALE, Array, Figure, Flags
 from kinematics.recover import Start
 from kinematics.spm import View, joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
@@ -59,7 +58,7 @@ class Outline:
     units: Array
     joints: Array
     score: Array
-    shown: NDArray[np.bool_]
+    shown: Flags
     spread: Array
     gait: str
     way: int
@@ -72,7 +71,7 @@ class Outline:
         return _improbable(self.named)
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Flags:
         """(T,) whether the figure stands out from the scene; false throughout if it mostly does not."""
         return _seen(self.score)
 
@@ -182,9 +181,7 @@ def agreeing(one: float, other: float) -> float:
     return float(np.logaddexp(0.0, one + other) - np.logaddexp(one, other))
 
 
-def _nearer(
-    shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
-) -> float:
+def _nearer(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: Flags) -> float:
     """Log odds that the leg named near is in front, as legs that overlap and the arms show it."""
     legs, arms = (tell(shape, q, stage, hips, units, seen) for tell in (nearness, swing))
     return NEARER * legs + agreeing(NEARER * arms, AGAINST)
@@ -209,7 +206,7 @@ def _as_marked(
     return better, worth[better] - worth[1 - better]
 
 
-def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> NDArray[np.bool_]:
+def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> Flags:
     """(T, J) whether most of the axis of the link that ends at a joint stands out; for the base, the
     trunk."""
     links = len(shape.figure.links)
@@ -220,6 +217,6 @@ def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> N
     return np.concatenate([out[:, [shape.trunk]], out], axis=1)
 
 
-def _seen(score: Array) -> NDArray[np.bool_]:
+def _seen(score: Array) -> Flags:
     """(T,) whether the figure stands out from the scene; false throughout if it mostly does not."""
     return (score > LEAST) & (np.median(score) > LEAST)

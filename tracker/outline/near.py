@@ -12,9 +12,8 @@ like x counts. The evidence is its mean over a film's frames in standard errors.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array, Figure
+from kinematics.figure import Array, Figure, Flags
 from kinematics.sides import exchanged, on_side
 from kinematics.spm import Skeleton, skeleton
 from tracker.often import often
@@ -49,12 +48,10 @@ class Leg:
     place: Array
     value: Array
     look: Array
-    shared: NDArray[np.bool_]
+    shared: Flags
 
 
-def nearness(
-    shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
-) -> float:
+def nearness(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: Flags) -> float:
     """Evidence that the leg named near is in front, standard errors; negative if the far one is.
 
     Args:
@@ -74,9 +71,7 @@ def near_leg(figure: Figure) -> list[int]:
     return [i for i, name in enumerate(names) if on_side(name, "near") and name.startswith(LINKS)]
 
 
-def _legs(
-    shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
-) -> tuple[Leg, Leg]:
+def _legs(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: Flags) -> tuple[Leg, Leg]:
     """The legs named near and far in all frames."""
     near = near_leg(shape.figure)
     sides = near, exchanged([link.name for link in shape.figure.links])[near].tolist()
@@ -125,7 +120,7 @@ def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Ar
     return deepest
 
 
-def _greys(value: Array, free: NDArray[np.bool_], fps: float) -> Array:
+def _greys(value: Array, free: Flags, fps: float) -> Array:
     """(T, P) mean of the uncovered values (T, P) in neighbouring frames; NaN where there are too few."""
     sigma = AROUND * often(fps)
     reach = round(2.0 * sigma)

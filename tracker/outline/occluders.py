@@ -9,9 +9,8 @@ down to the ground, unless they show foreground themselves.
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Flags, Ints
 from tracker.outline.bodies import Path
 from tracker.outline.place import extent, maps, to_map
 from tracker.outline.shape import Grid
@@ -47,7 +46,7 @@ def forget_occluders(stage: Stage, path: Path) -> None:
             odds[cv2.warpAffine(hidden, way, size, flags=how) > 0] = NOTHING
 
 
-def _occluders(part: Stage, hips: Array, by: float) -> tuple[Image, NDArray[np.intp]]:
+def _occluders(part: Stage, hips: Array, by: float) -> tuple[Image, Ints]:
     """A map of the scene, `by` places a pixel of the film, with 1 for what is in front; and the column and
     row of its corner."""
     shown, known, corners = _passing(part, hips, by)
@@ -70,9 +69,7 @@ def _occluders(part: Stage, hips: Array, by: float) -> tuple[Image, NDArray[np.i
     return np.asarray(cv2.dilate(front.astype(np.uint8), SQUARE)), corner
 
 
-def _passing(
-    part: Stage, hips: Array, by: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.intp]]:
+def _passing(part: Stage, hips: Array, by: float) -> tuple[Flags, Flags, Ints]:
     """(T, *GRID.shape) whether places around the hip show foreground, and whether they are known; and (T, 2)
     column and row of each frame's first place in a map of the scene."""
     size, corners = extent(part, by)
@@ -97,7 +94,7 @@ def _steady(part: Stage, hips: Array) -> Array:
     return np.column_stack([scene[:, 0], height])
 
 
-def _large(front: NDArray[np.bool_], passed: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _large(front: Flags, passed: Ints) -> Flags:
     """The regions of places in front that may be occluders.
 
     Args:

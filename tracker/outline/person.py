@@ -5,9 +5,8 @@ from itertools import product
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array, Figure
+from kinematics.figure import Array, Figure, Flags
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from kinematics.spm import View
@@ -209,7 +208,7 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
     return int(np.where(shown, outline.score, -np.inf).argmax())
 
 
-def _as_long(outline: Outline, figure: Figure) -> NDArray[np.bool_]:
+def _as_long(outline: Outline, figure: Figure) -> Flags:
     """(T,) whether trunk and legs are about as long as in most frames, so that none is partly unseen."""
     at = outline.joints[:, [[figure.joints.index(name) for name in line] for line in LINES]]
     length = np.log(np.hypot(*np.moveaxis(np.diff(at, axis=2), -1, 0)).sum(-1))

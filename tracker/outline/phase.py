@@ -9,9 +9,8 @@ forwards in time and, for walking backwards, also in reverse; the best of all is
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Ints
 from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, at_phases, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import WEIGHT, Stage
@@ -131,7 +130,7 @@ def _compared(
     return score.max(1), shift, LEANS[leans]
 
 
-def _shifted(used: NDArray[np.intp], around: Grid, edge: tuple[int, int]) -> NDArray[np.intp]:
+def _shifted(used: Ints, around: Grid, edge: tuple[int, int]) -> Ints:
     """(P, shifts) flat indices of places in two layers of a wider grid under every shift.
 
     Args:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.figure import SCALE, Array
+from kinematics.figure import SCALE, Array, Ints
 from kinematics.recover import Start
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.kernels import Kernels
@@ -83,7 +83,7 @@ def _held(
             yield 0.0
 
 
-def extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:
+def extent(stage: Stage, by: float) -> tuple[tuple[int, int], Ints]:
     """Rows and columns of a coarse map of any frame, `by` places a pixel, with camera motion removed.
 
     The second result is (T, 2) column and row of each one's corner in the scene.
@@ -96,13 +96,13 @@ def extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:
     return (height, width), low
 
 
-def to_map(by: float, corner: NDArray[np.intp]) -> Array:
+def to_map(by: float, corner: Ints) -> Array:
     """(3, 3) map from the scene to such a map whose corner has this column and row (2,)."""
     left, top = corner.tolist()
     return np.array([[by, 0.0, -left], [0.0, by, -top], [0.0, 0.0, 1.0]])
 
 
-def maps(stage: Stage, by: float, size: tuple[int, int], corners: NDArray[np.intp]) -> Iterator[Planes]:
+def maps(stage: Stage, by: float, size: tuple[int, int], corners: Ints) -> Iterator[Planes]:
     """(h, w) coarse map of each frame's log odds in turn, with camera motion removed, as `extent` has it."""
     pixels = round(1.0 / (stage.up[0, 0] * by))
     for odds, place, corner in zip(stage.odds, stage.places, corners, strict=True):

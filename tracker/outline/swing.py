@@ -8,9 +8,8 @@ times the forward displacement of the leg named near relative to the other one.
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Flags
 from kinematics.spm import joints, skeleton
 from tracker.outline.doubt import in_standard_errors
 from tracker.outline.near import near_leg
@@ -23,7 +22,7 @@ FLAT = 0.1  # share of a usual frame's sum(I_x^2) that is added to each one's
 TOGETHER = 8.0  # number of neighbouring frames with correlated errors, at 30 a second
 
 
-def swing(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]) -> float:
+def swing(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: Flags) -> float:
     """Evidence that the leg named near is in front, standard errors; negative if the far one is.
 
     Args:

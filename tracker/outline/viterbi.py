@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Ints
 from tracker.compiled import compiled, part
 from tracker.picture.pyramid import Planes
 
@@ -18,9 +18,7 @@ Steps = NDArray[np.uint8] | NDArray[np.uint16]
 WAYS = 3  # one size down, none, one up
 
 
-def best_path(
-    scores: Iterable[Planes], corners: NDArray[np.intp], step: float, resize: float, reach: int
-) -> NDArray[np.intp]:
+def best_path(scores: Iterable[Planes], corners: Ints, step: float, resize: float, reach: int) -> Ints:
     """The path over the scene of the largest sum of `scores`, less the costs of its steps.
 
     What lies beyond the edge of a frame's scores counts as the place at the edge. Of a frame only a byte for
@@ -99,7 +97,7 @@ def _onward(
 
 
 @compiled()
-def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, NDArray[np.intp]]:
+def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, Ints]:
     """The path of the largest sum of `score`, less the costs of its steps.
 
     A step is the speed after it, rounded, or one more or less.

@@ -14,10 +14,9 @@ from typing import Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tracker.compiled import compiled
-from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Planes
+from tracker.picture.pyramid import AS_FILMED, Array, Box, Flags, Image, Planes
 
 STEP = 0.03  # distance from one place of the scene to the next, leg lengths
 NOISE = 8.0  # standard deviation of a frame about the scene, grey levels
@@ -47,11 +46,11 @@ class Scenery:
         """(h, w) its maximum over each place and the places around."""
         return np.asarray(cv2.dilate(self.differs, AROUND), dtype=np.float32)
 
-    def plain(self, pixels: Array) -> NDArray[np.bool_]:
+    def plain(self, pixels: Array) -> Flags:
         """(P,) whether the frame is known to show the scene at each of (P, 2) pixels."""
         return np.asarray(self._at(pixels) < ALIKE)
 
-    def outstanding(self, pixels: Array) -> NDArray[np.bool_]:
+    def outstanding(self, pixels: Array) -> Flags:
         """(P,) whether the frame is known to differ from the scene at each of (P, 2) pixels."""
         differs = self._at(pixels)
         return np.asarray((differs >= ALIKE) & (differs != UNKNOWN))
@@ -77,7 +76,7 @@ class Backdrop:
     """
 
     scene: Planes
-    known: NDArray[np.bool_]
+    known: Flags
     place: tuple[int, int]
     scenery: Scenery
     curve: Image
@@ -101,7 +100,7 @@ class Backdrop:
         scene = scene + share[..., None] * (now - scene)
         return type(self)(scene, known | seen, (x, y), scenery, self.curve)
 
-    def _at(self, x: int, y: int) -> tuple[Planes, NDArray[np.bool_]]:
+    def _at(self, x: int, y: int) -> tuple[Planes, Flags]:
         """The scene, and where it is known, when the camera has shifted it by x, y whole steps."""
         if (x, y) == self.place:
             return self.scene, self.known
@@ -134,7 +133,7 @@ def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:
     return np.asarray(cv2.cvtColor(whole, cv2.COLOR_RGB2Lab), dtype=np.float32)
 
 
-def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tuple[slice, slice]) -> Planes:
+def _difference(now: Planes, scene: Planes, known: Flags, area: tuple[slice, slice]) -> Planes:
     """(h, w) the difference of `Scenery` within an area; unknown elsewhere."""
     differs = np.full(known.shape, UNKNOWN, np.float32)
     if not known.any() or not known[area].size:

@@ -17,7 +17,6 @@ from typing import Self
 import cv2
 import numpy as np
 
-from tracker.picture.corners import sharpest, sharpness
 from tracker.picture.pyramid import Array, Box, Image, Planes
 from tracker.picture.small import reduced, small_size, to_film
 
@@ -120,6 +119,34 @@ class Camera:
             beside[y0 : y1 + 1, x0 : x1 + 1] = 0
         corners = sharpest(sharpness(grey, WINDOW // 2) * (beside > 0), CELL, CONTRAST)
         return Key(grey, beside, corners[:, None], self.small)
+
+
+def sharpness(image: Image, block: int) -> Planes:
+    """(h, w) squared gradient along each pixel's weaker direction, grey levels a pixel.
+
+    Args:
+        image: (h, w) grey levels.
+        block: side of the square around a pixel over which it is averaged.
+    """
+    # OpenCV's derivative is twice the gradient.
+    return np.asarray(cv2.cornerMinEigenVal(image.astype(np.float32), block) / 4.0, dtype=np.float32)
+
+
+def sharpest(sharp: Planes, cell: int, contrast: float) -> Planes:
+    """(P, 2) pixels of the sharpest corner in every cell of a grid that has one.
+
+    Args:
+        sharp: as `sharpness`.
+        cell: side of a cell.
+        contrast: least gradient of a corner, root mean square.
+    """
+    rows, columns = (n // cell for n in sharp.shape)
+    grid = sharp[: rows * cell, : columns * cell].reshape(rows, cell, columns, cell)
+    cells = grid.swapaxes(1, 2).reshape(rows * columns, cell * cell)
+    best = cells.argmax(1)
+    row, column = np.divmod(np.arange(len(cells)), columns)
+    corners = np.stack([column * cell + best % cell, row * cell + best // cell], axis=1)
+    return np.asarray(corners[cells.max(1) > contrast**2], dtype=np.float32)
 
 
 def _size(image: Image) -> tuple[int, int]:

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tracker.picture.pyramid import LEVELS, Array, Image, Planes
+from tracker.picture.pyramid import LEVELS, Array, Flags, Image, Planes
 
 BRIGHT = 50  # percentile of lightness from which light is measured: noise is a smaller share of it there
 
@@ -27,7 +26,7 @@ class Light:
     apart: float = 0.0
 
 
-def light_of(image: Image, lab: Planes, known: NDArray[np.bool_]) -> Light:
+def light_of(image: Image, lab: Planes, known: Flags) -> Light:
     """The light of a picture; that of the scene if nothing of the scene is known there.
 
     Args:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from tracker.compiled import compiled
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 Image = NDArray[np.uint8]
 Planes = NDArray[np.float32]
 Box = tuple[float, float, float, float]
@@ -54,7 +56,7 @@ def pyramid(
     return [Level(_blurred(lab, sigma), (x0, y0), sigma) for sigma in sigmas]
 
 
-def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
+def sample(level: Level, pixels: Array) -> tuple[Array, Flags]:
     """Bilinear values (P, 3) at (P, 2) pixels, and whether each lies in the frame's part (P,)."""
     place = pixels - np.asarray(level.corner)
     values = np.empty((len(place), 3))
@@ -81,7 +83,7 @@ def same(one: Image, other: Image) -> bool:
     return np.array_equal(one[::SOME], other[::SOME]) and np.array_equal(one, other)
 
 
-def within(pixels: Array | Planes, shape: Sequence[int]) -> NDArray[np.bool_]:
+def within(pixels: Array | Planes, shape: Sequence[int]) -> Flags:
     """Whether pixels (..., 2) lie in a picture of `shape` (height, width, ...)."""
     x, y = pixels[..., 0], pixels[..., 1]
     return np.asarray((x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1))

@@ -12,9 +12,8 @@ The searches that use them are compiled as well: Levenberg-Marquardt for templat
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, Ints
 from kinematics.figure import Layout
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled, part
@@ -28,17 +27,6 @@ HEAVIER, LEAST_HEAVY = 10.0, 1e-2  # factor after a step that did not, and the l
 
 COMPILED = compiled(error_model="numpy")
 PART = part(error_model="numpy")
-
-
-class Pins(NamedTuple):
-    """Measured places of joints.
-
-    joint : (W, J) the joint of each point under W namings: 0 the base, i + 1 the tip of link i
-    place : (J, 2) body coordinates
-    """
-
-    joint: NDArray[np.intp]
-    place: Array
 
 
 class Tail(NamedTuple):
@@ -55,21 +43,6 @@ class Search(NamedTuple):
     steps: int
     small: float
     longest: float
-
-
-class Settled(NamedTuple):
-    """The modes for H priors under W namings of the points, and the points' likelihood linearised there.
-
-    q           : (W, H, D)
-    information : (W, H, D, D)
-    gradient    : (W, H, D) of minus the log likelihood
-    away        : (W, H, J, 2) vectors from the points to their joints, leg lengths
-    """
-
-    q: Array
-    information: Array
-    gradient: Array
-    away: Array
 
 
 def laid_out(tree: Layout, q: Array) -> Skeleton:
@@ -101,7 +74,9 @@ def descend(
     _descend(tuple(tree), fit, tuple(weights), priors, tuple(climbs), tuple(damping))
 
 
-def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Search) -> Settled:
+def settled(
+    tree: Layout, priors: Gaussian, joint: Ints, place: Array, tail: Tail, search: Search
+) -> tuple[Array, Array, Array, Array]:
     """Search from each of H priors' means for a mode of its posterior given points, for each of W namings.
 
     The steps are undamped Gauss-Newton, each point with the weight that a Student t gives it at the pose
@@ -109,13 +84,18 @@ def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Se
 
     Args:
         priors: mean (H, D), cov (H, D, D).
+        joint: (W, J) the joint of each point under each naming: 0 the base, i + 1 the tip of link i.
+        place: (J, 2) body coordinates.
+
+    Returns:
+        The modes (W, H, D); there the information (W, H, D, D) of the points' likelihood, the gradient (W, H,
+        D) of minus its log, and the vectors (W, H, J, 2) from the points to their joints, leg lengths.
     """
-    (W, J), (H, D) = points.joint.shape, priors.mean.shape
+    (W, J), (H, D) = joint.shape, priors.mean.shape
     q = np.repeat(priors.mean[None], W, axis=0)
-    found = Settled(q, np.empty((W, H, D, D)), np.empty((W, H, D)), np.empty((W, H, J, 2)))
-    precision = np.ascontiguousarray(np.linalg.inv(priors.cov))
-    about = np.ascontiguousarray(priors.mean), precision
-    _settle(tuple(tree), about, tuple(points), tuple(tail), tuple(search), tuple(found))
+    found = q, np.empty((W, H, D, D)), np.empty((W, H, D)), np.empty((W, H, J, 2))
+    about = np.ascontiguousarray(priors.mean), np.ascontiguousarray(np.linalg.inv(priors.cov))
+    _settle(tuple(tree), about, (joint, place), tuple(tail), tuple(search), found)
     return found
 
 
@@ -343,7 +323,7 @@ def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
 
 @PART
 def _moved(
-    tree: Layout, start: Array, direction: Array, length: Array, i: int, M: Array, moving: NDArray[np.intp]
+    tree: Layout, start: Array, direction: Array, length: Array, i: int, M: Array, moving: Ints
 ) -> int:
     """Write the motion of link i by the pose into M (5, D), and the freedoms that move it into `moving`;
     returns their number."""

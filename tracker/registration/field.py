@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags, Ints
 from kinematics.figure import Figure
-from kinematics.spm import Index, View, covering, skeleton, surface
+from kinematics.spm import View, covering, skeleton, surface
 from tracker.picture.backdrop import UNSEEN, Scenery
 from tracker.picture.pyramid import Level, sample, within
 from tracker.registration.templates import Templates, hiding
@@ -81,7 +80,7 @@ class Field:
         offset = np.where(templates.strange[:, None], templates.light, found.offset)
         return np.asarray(shown - offset[templates.link])
 
-    def new(self, found: Registration) -> NDArray[np.bool_]:
+    def new(self, found: Registration) -> Flags:
         """(P,) which unknown points the frame shows, on links mostly in sight."""
         templates, pixels = self.templates, found.pixels
         links = self._in_sight(found) & ~templates.strange
@@ -95,24 +94,24 @@ class Field:
         new[sought[~self._hidden(found, sought)]] = True
         return new
 
-    def in_part(self, pixels: Array) -> NDArray[np.bool_]:
+    def in_part(self, pixels: Array) -> Flags:
         """Whether pixels (..., 2) lie in the searched part of the frame."""
         level = self.levels[-1]
         return within(pixels - np.asarray(level.corner), level.planes.shape)
 
-    def _hidden(self, found: Registration, sought: Index) -> NDArray[np.bool_]:
+    def _hidden(self, found: Registration, sought: Ints) -> Flags:
         """Whether a nearer link covers each of the chosen points."""
         templates, bones = self.templates, skeleton(self.figure, found.q)
         link = templates.link[sought]
         points = surface(bones, link, templates.along[sought], templates.across[sought])
         return covering(self.figure, bones, points, link, hiding(self.levels[-1], self.view, self.settings))
 
-    def _standing_out(self, pixels: Array) -> NDArray[np.bool_]:
+    def _standing_out(self, pixels: Array) -> Flags:
         """(L,) whether most of a link is known to differ from the scene."""
         out = self.in_part(pixels) & self.scenery.outstanding(pixels)
         return np.asarray(self._share(out, self.templates.weight == 1.0) >= STANDS_OUT)
 
-    def _in_sight(self, found: Registration) -> NDArray[np.bool_]:
+    def _in_sight(self, found: Registration) -> Flags:
         """(L,) whether most known points of a link are seen and match."""
         seen = self.templates.known & (found.match > 0.0)
         match = np.bincount(self.templates.link, found.match * seen, len(self.figure.links))
@@ -120,7 +119,7 @@ class Field:
         fair = match >= self.settings.in_sight * np.maximum(number, 1.0)
         return np.asarray(fair & (self._share(seen, self.templates.known) > 0.5))
 
-    def _share(self, those: NDArray[np.bool_], of: NDArray[np.bool_]) -> Array:
+    def _share(self, those: Flags, of: Flags) -> Array:
         """(L,) share of the points `of` of each link that are among `those`."""
         link, L = self.templates.link, len(self.figure.links)
         return np.asarray(np.bincount(link, those & of, L) / np.maximum(np.bincount(link, of, L), 1.0))

@@ -12,11 +12,10 @@ and the chain rule needs only sum w f f' and sum w f r over the link's points.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled, part
-from tracker.registration.records import Array, Laid, Noise, Picture, Points, Row, Shape, Single
+from tracker.registration.records import Array, Flags, Ints, Laid, Noise, Picture, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
 WAYS = 5  # motions of a link as a whole
@@ -45,13 +44,7 @@ def room(links: tuple[int, ...], P: int) -> Laid:
 
 
 def lay(
-    picture: Picture,
-    bones: Skeleton,
-    points: Points,
-    shape: Shape,
-    noise: Noise,
-    rows: NDArray[np.intp],
-    laid: Laid,
+    picture: Picture, bones: Skeleton, points: Points, shape: Shape, noise: Noise, rows: Ints, laid: Laid
 ) -> None:
     """Compare the templates with one level at some of H poses, and fill these rows of `laid`."""
     # Plain tuples as arguments and no results: for named tuples and returned arrays compiled code calls
@@ -66,7 +59,7 @@ def _fill(
     of_points: tuple[Any, ...],
     of_shape: tuple[Any, ...],
     of_noise: tuple[Any, ...],
-    rows: NDArray[np.intp],
+    rows: Ints,
     of_laid: tuple[Any, ...],
 ) -> None:
     start, direction, length, size = bones
@@ -151,7 +144,7 @@ def _look(
     noise: Noise,
     link: int,
     row: Row,
-    inside: NDArray[np.bool_],
+    inside: Flags,
 ) -> int:
     """Write the comparison at one link's visible points into the row; returns their number."""
     planes = picture.planes
@@ -209,9 +202,7 @@ def _look(
 
 
 @PART
-def _may_hide(
-    pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: NDArray[np.intp]
-) -> int:
+def _may_hide(pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: Ints) -> int:
     """Write the nearer links that reach into a circle around a link's points into `found`; returns how
     many."""
     start, direction, length, size = pose
@@ -238,7 +229,7 @@ def _may_hide(
 
 
 @PART
-def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: NDArray[np.intp], margin: float) -> bool:
+def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: Ints, margin: float) -> bool:
     """Whether one of these nearer links covers a point in body coordinates."""
     start, direction, length, size = pose
     for j in nearer:

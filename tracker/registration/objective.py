@@ -24,9 +24,8 @@ flat in it.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Ints
 from kinematics.spm import Skeleton
 from tracker.picture.backdrop import NOISE, UNKNOWN
 from tracker.registration.chain_rule import laid_out, weighed
@@ -47,7 +46,7 @@ class Fit:
     bones: Skeleton
     laid: Laid
 
-    def __getitem__(self, rows: NDArray[np.intp]) -> "Fit":
+    def __getitem__(self, rows: Ints) -> "Fit":
         """The fit of some of its poses, given by position."""
         bones = Skeleton._make(each[rows] for each in self.bones)
         return Fit(self.q[rows], bones, Laid._make(each[rows] for each in self.laid))
@@ -93,7 +92,7 @@ class Objective:
         bones = laid_out(self.layout, q)
         return Fit(q, bones, room(bones.length.shape, len(self.points.along)))
 
-    def lay(self, fit: Fit, rows: NDArray[np.intp]) -> None:
+    def lay(self, fit: Fit, rows: Ints) -> None:
         """Compare the templates with the level at some of the poses."""
         lay(self.picture, fit.bones, self.points, self.shape, self.noise, rows, fit.laid)
 

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Flags = NDArray[np.bool_]
 Single = NDArray[np.float32]
 
 # For H poses: q (H, D); their links' start, direction, length and size; moments, pull and cost of `Laid`.
@@ -18,19 +20,19 @@ class Points(NamedTuple):
     first : (L + 1,); along, across, weight : (P,); colours : (P, 3); known : (P,); light : (3,)
     """
 
-    first: NDArray[np.intp]
+    first: Ints
     along: Array
     across: Array
     weight: Array
     colours: Single
-    known: NDArray[np.bool_]
+    known: Flags
     light: Array
 
 
 class Shape(NamedTuple):
     """The links' parameters for hiding one another: layer, width and taper (L,)."""
 
-    layer: NDArray[np.intp]
+    layer: Ints
     width: Array
     taper: Array
 
@@ -90,7 +92,7 @@ class Row(NamedTuple):
     on the rim
     """
 
-    point: NDArray[np.intp]
+    point: Ints
     place: Array
     residual: Single
     along: Single
@@ -123,7 +125,7 @@ class Laid(NamedTuple):
     shown: Array
     match: Array
     offset: Array
-    inside: NDArray[np.bool_]
+    inside: Flags
 
 
 class Weights(NamedTuple):
@@ -161,8 +163,8 @@ class Climbs(NamedTuple):
     damping : (H,)
     """
 
-    own: NDArray[np.intp]
-    on: NDArray[np.bool_]
+    own: Ints
+    on: Flags
     cost: Array
     damping: Array
 

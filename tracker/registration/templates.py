@@ -5,11 +5,10 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Flags, Ints
 from kinematics.figure import Figure
-from kinematics.spm import Index, View, covering, skeleton, surface
+from kinematics.spm import View, covering, skeleton, surface
 from tracker.picture.pyramid import Level, Planes, sample
 from tracker.registration.modes import mode_of
 from tracker.settings import Settings
@@ -34,23 +33,23 @@ class Templates:
     place   : (P, 2) the last of them in the scene, leg lengths
     """
 
-    link: Index
+    link: Ints
     along: Array
     across: Array
     weight: Array
     colours: Planes
-    known: NDArray[np.bool_]
+    known: Flags
     light: Array
-    alike: NDArray[np.intp]
+    alike: Ints
     place: Array
 
     @cached_property
-    def strange(self) -> NDArray[np.bool_]:
+    def strange(self) -> Flags:
         """(L,) whether no point of a link is known."""
         return np.asarray(np.bincount(self.link, self.known) == 0.0)
 
     @property
-    def inner(self) -> NDArray[np.bool_]:
+    def inner(self) -> Flags:
         """(P,) whether a point is known and within its link's outline."""
         return np.asarray((self.weight == 1.0) & self.known)
 
@@ -74,7 +73,7 @@ class Templates:
             light=np.median(offset[fair > FAIR], axis=0) if (fair > FAIR).any() else self.light,
         )
 
-    def learned(self, seen: Array | Planes, new: NDArray[np.bool_], place: Array) -> Self:
+    def learned(self, seen: Array | Planes, new: Flags, place: Array) -> Self:
         """The templates with sightings of unknown points added: a point that looks alike at enough places
         becomes known.
 
@@ -114,12 +113,7 @@ class Templates:
 
 
 def cut(
-    figure: Figure,
-    view: View,
-    q: Array,
-    levels: list[Level],
-    settings: Settings,
-    placed: NDArray[np.bool_] | None = None,
+    figure: Figure, view: View, q: Array, levels: list[Level], settings: Settings, placed: Flags | None = None
 ) -> Templates:
     """Templates of every link, cut from the frame at a pose.
 
@@ -154,7 +148,7 @@ def hiding(level: Level, view: View, settings: Settings) -> float:
     return settings.cover * level.sigma / view.unit
 
 
-def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:
+def _grid(figure: Figure, settings: Settings) -> tuple[Ints, Array, Array, Array]:
     """Points spread evenly over every link and its rim."""
     rim = mode_of(settings).rim
     parts = []

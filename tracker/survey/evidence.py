@@ -18,10 +18,9 @@ from functools import cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tracker.compiled import compiled
-from tracker.picture.pyramid import Array, Image, Planes
+from tracker.picture.pyramid import Array, Flags, Image, Planes
 from tracker.survey.mosaic import FULL, NOISE, Scene, apart
 
 MOST = 2.5  # largest log odds of a pixel, nats
@@ -106,7 +105,7 @@ def _odds(
     image: Image,
     lab: Planes,
     spread: Planes,
-    known: NDArray[np.bool_],
+    known: Flags,
     light: Planes,
     colours: Planes,
     chroma: float,

@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tracker.picture.pyramid import Image
+from tracker.picture.pyramid import Image, Ints
 
 BEYOND = 255  # value of missing pixels, which sort last
 
 
-def medians(values: Image, number: NDArray[np.intp]) -> Image:
+def medians(values: Image, number: Ints) -> Image:
     """(h, w, c): the lower median of the first `number` (h, w) in order of (T, h, w, c), at least one.
 
     The values are sorted in place; missing ones must be BEYOND.

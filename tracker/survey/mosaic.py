@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tracker.picture.light import Light, light_of, relit_lab
-from tracker.picture.pyramid import Array, Image, Planes
+from tracker.picture.pyramid import Array, Flags, Image, Ints, Planes
 from tracker.survey.median import BEYOND, medians
 
 FEWEST = 5  # frames that must show a place
@@ -50,13 +49,13 @@ class Scene:
 
     lab: Planes
     spread: Planes
-    known: NDArray[np.bool_]
+    known: Flags
     corner: Array
     colourless: bool = False
     contrast: float = 1.0
     steady: bool = True
 
-    def seen(self, place: Array, size: tuple[int, int]) -> tuple[Planes, Planes, NDArray[np.bool_]]:
+    def seen(self, place: Array, size: tuple[int, int]) -> tuple[Planes, Planes, Flags]:
         """`lab`, `spread` and `known` in a picture of this width and height.
 
         Args:
@@ -127,7 +126,7 @@ def _scene(images: Sequence[Image], places: Sequence[Array]) -> Scene:
 
 def _medians(
     images: Sequence[Image], places: Sequence[Array], corner: Array, size: tuple[int, int]
-) -> tuple[Image, Image, NDArray[np.intp]]:
+) -> tuple[Image, Image, Ints]:
     """(h, w, 3) medians of what is seen of a part of the scene, and of how far it is from them.
 
     With them (h, w) how many frames show it. The part has this top-left corner, width and height.

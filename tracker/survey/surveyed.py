@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from tracker.picture.camera import Camera
 from tracker.picture.light import relit_lab
-from tracker.picture.pyramid import Array, Image
+from tracker.picture.pyramid import Array, Flags, Image
 from tracker.picture.small import reduced, small_size, to_film
 from tracker.survey.evidence import NOTHING, USUAL, Expected, evidence
 from tracker.survey.mosaic import Scene, scene_of
@@ -38,7 +37,7 @@ class Survey:
     up: Array
     places: Array
     scene: Scene
-    sure: NDArray[np.bool_]
+    sure: Flags
     held: Image
 
     def seen(

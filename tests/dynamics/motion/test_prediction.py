@@ -163,8 +163,3 @@ def test_forecasts_take_the_memory_of_what_they_return(rng):
     finally:
         tracemalloc.stop()
     assert peak < 8 * (ahead.mean.nbytes + ahead.cov.nbytes)
-
-
-def test_a_horizon_of_no_frames_is_refused(rng):
-    with pytest.raises(ValueError, match=r"horizon must be at least 1 frame; got 0"):
-        predict(random_slds(1, rng=rng), [np.zeros((3, 2))], 0)

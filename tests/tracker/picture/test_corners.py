@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracker.picture.corners import sharpest, sharpness
+from tracker.picture.camera import sharpest, sharpness
 
 
 def test_sharpness_is_the_mean_square_of_the_slope_along_the_weaker_direction():

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joint_jacobian, joints, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import Pins, Search, Tail, descend, laid_out, settled, weighed
+from tracker.registration.chain_rule import Search, Tail, descend, laid_out, settled, weighed
 from tracker.registration.records import Climbs, Damping, Weights
 
 
@@ -67,20 +67,18 @@ def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, pose
     joint[:, 0], joint[:, 1] = 0, joint[:, 2]  # the base, and one joint twice
     places, tail = rng.normal(size=(6, 2)), Tail(freedom=3.0, spread=0.4)
     priors = Gaussian(poses, np.repeat(np.eye(poses.shape[1])[None], len(poses), axis=0))
-    told = settled(figure.layout, priors, Pins(joint, places), tail, Search(0, 1e-4, 0.5))
+    modes, information, gradient, apart = settled(
+        figure.layout, priors, joint, places, tail, Search(0, 1e-4, 0.5)
+    )
     for w, names in enumerate(joint):
         for h, q in enumerate(poses):
             away = joints(figure, q)[names] - places
             weight = 5.0 / (3.0 + (away**2).sum(1) / 0.16) / 0.16
             J = joint_jacobian(figure, q)[names]
-            assert_allclose(told.q[w, h], q, rtol=0.0)
-            assert_allclose(told.away[w, h], away, rtol=1e-9, atol=1e-12)
-            assert_allclose(
-                told.information[w, h], np.einsum("jcd,j,jce->de", J, weight, J), rtol=1e-9, atol=1e-9
-            )
-            assert_allclose(
-                told.gradient[w, h], np.einsum("jcd,j,jc->d", J, weight, away), rtol=1e-9, atol=1e-9
-            )
+            assert_allclose(modes[w, h], q, rtol=0.0)
+            assert_allclose(apart[w, h], away, rtol=1e-9, atol=1e-12)
+            assert_allclose(information[w, h], np.einsum("jcd,j,jce->de", J, weight, J), rtol=1e-9, atol=1e-9)
+            assert_allclose(gradient[w, h], np.einsum("jcd,j,jc->d", J, weight, away), rtol=1e-9, atol=1e-9)
 
 
 SEARCH = Damping(first=0.1, heaviest=10.0, small_step=1e-3, small_gain=1e-2, longest=100.0)
