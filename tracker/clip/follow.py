@@ -110,7 +110,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
 
 def _in_shot(plan: Plan, span: tuple[int, int | None]) -> tuple[int, int | None]:
     """As much of a span, its first and last frame, None for the film's last, as shows the figure's scene."""
-    (first, last), (begins, ends) = span, plan.shot
+    (first, last), (begins, ends) = span, plan.seen.shot
     return max(first, begins or 0), ends if last is None else min(last, last if ends is None else ends)
 
 
@@ -119,7 +119,7 @@ def _followed(
 ) -> tuple[list[float], Trail]:
     """Times of the job's frames, and estimates of the span's: from a frame to another, None for the last."""
     job, frame, (first, last) = plan.job, plan.frame, span
-    reel = Reel(plan.video, job.stop, lights=plan.lights)
+    reel = Reel(plan.video, job.stop, lights=plan.seen.lights)
     end, images = count_to(plan.video, last), reel.ahead()
     foreseen = None if end is None else max(end - first, 0)
     with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:
@@ -189,7 +189,7 @@ class _Ways:
         marks, figure = plan.job.passed(plan.frame), plan.start.figure
         anchors = {t: Anchor.of(figure, points(each), hidden(each)) for t, each in marks.items()}
         smooth = smoothed if plan.job.smooth else as_first_known
-        return Passage(here, other, anchors, way, self.reel.span, smooth, plan.points, plan.places)
+        return Passage(here, other, anchors, way, self.reel.span, smooth, plan.seen.points, plan.seen.places)
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:
@@ -207,7 +207,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         outcome=tuple(trail.outcome),
         shift=trail.column("shift"),
         mark=plan.tracker.settings.mark,
-        misnamed=plan.misnamed,
+        misnamed=plan.seen.misnamed,
     )
 
 
@@ -216,7 +216,7 @@ def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     in corrected frames, through whose marks the track passes."""
     covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
     anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
-    outline = {} if plan.measured else plan.points
+    outline = {} if plan.measured else plan.seen.points
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
         found = None if first + t in anchors else outline.get(first + t)
         if found is not None:
@@ -232,7 +232,8 @@ def motions_of(plan: Plan, track: Track, rate: float) -> tuple[str, ...]:
         return own
     whole = motions_at(rate, plan.job.model, _tracked(track), plan.video.fps, track.figure)
     return tuple(
-        FREE if state == FREE and not plan.gait else motion for state, motion in zip(own, whole, strict=True)
+        FREE if state == FREE and not plan.seen.gait else motion
+        for state, motion in zip(own, whole, strict=True)
     )
 
 
@@ -259,13 +260,13 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
             f"it is not sure which leg is the nearer one; if it is the one {other} in frame {plan.frame}, "
             f"give --near {other}"
         )
-    if plan.misnamed:
+    if plan.seen.misnamed:
         found = plan.job.found
         mend = "exchange near and far in the marks" if found is None else f"give --near {found.nearer.other}"
         warnings.append(
             f"the leg that is called far looks like the nearer one where they pass; if it is, {mend}"
         )
-    begins, ends = plan.shot
+    begins, ends = plan.seen.shot
     if begins is not None:
         warnings.append(f"up to frame {begins - 1} another scene is shown; what comes later is followed")
     if ends is not None:

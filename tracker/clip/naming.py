@@ -121,7 +121,7 @@ def _one_way(plans: list[Plan], way: int, start: Image, images: Iterable[Image])
     for t, image in enumerate(images, 1):
         frame = plans[0].frame + way * t
         steps = [
-            tracker.step(state, image, plan.points.get(frame))
+            tracker.step(state, image, plan.seen.points.get(frame))
             for tracker, state, plan in zip(trackers, states, plans, strict=True)
         ]
         states = [state for state, _ in steps]

@@ -29,26 +29,23 @@ USUAL = 0.7  # weight of people's usual lengths in the fitted figure; the rest i
 
 
 def outlined(plan: Plan, seen: Seen) -> Plan:
-    """The plan with the joints of the figure's outline as points; if none was seen, with the film's cuts
-    alone."""
+    """The plan with what was seen of the figure's outline; without its joints with the film's cuts alone.
+
+    Of the gait only a label of the model is kept, and of a misnaming only one that a warning must tell.
+    """
     if not seen.points:
-        return replace(plan, shot=seen.shot)
+        return replace(plan, seen=replace(plan.seen, shot=seen.shot))
     exchange = min(max(seen.wrong, EXCHANGE), MOST)
     settings = plan.tracker.settings.model_copy(
         update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG}
     )
     slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else for_seen(plan.slds)
-    return replace(
-        plan,
-        slds=slds,
-        points=seen.points,
-        places=seen.places,
-        lights=seen.lights,
-        shot=seen.shot,
+    seen = replace(
+        seen,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
         misnamed=seen.misnamed if seen.misnamed > DOUBTED and plan.job.names_legs else 0.0,
-        tracker=make_tracker(plan.start, slds, settings),
     )
+    return replace(plan, slds=slds, seen=seen, tracker=make_tracker(plan.start, slds, settings))
 
 
 def look(plan: Plan, progress: Progress) -> Seen:

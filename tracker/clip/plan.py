@@ -55,10 +55,7 @@ class Plan:
     frame   : start frame
     tracker : runs forwards in time; its settings are the job's with values measured for this clip
     measured: points of another program's file, None for none
-    gait    : the model's label for the gait of the outline, "" for none
-    misnamed: probability that the marks name the legs the wrong way round, 0 if it is small
-    points  : measurement of each frame's pose besides the templates: `measured`, else the outline's joints
-    places, lights, shot : as in `Seen`
+    seen    : the outline; its points, or else those of `measured`, measure each frame besides the templates
     """
 
     job: Job
@@ -68,12 +65,7 @@ class Plan:
     slds: SLDS
     tracker: Tracker
     measured: Measured | None
-    points: Mapping[int, Detections]
-    gait: str = ""
-    misnamed: float = 0.0
-    places: Mapping[int, Array] = field(default_factory=dict)
-    lights: Mapping[int, float] = field(default_factory=dict)
-    shot: tuple[int | None, int | None] = (None, None)
+    seen: Seen
 
     @cached_property
     def back(self) -> Tracker:
@@ -108,8 +100,8 @@ def prepare(job: Job) -> Plan:
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
         settings = settings.model_copy(update={"point": max(settings.point, measured.jitter)})
-    points = {} if measured is None else measured.frames
-    return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured, points)
+    seen = Seen({} if measured is None else measured.frames)
+    return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured, seen)
 
 
 def start_frame(job: Job) -> int:

@@ -38,7 +38,7 @@ def long_walk():
 def test_the_outline_is_known_beyond_the_first_part_of_a_film_both_ways(tmp_path, in_parts, long_walk):
     shares = np.linspace(0.7, 1.0, 90)
     images = np.rint(long_walk.images * shares[:, None, None, None]).astype(np.uint8)
-    seen = as_seen(prepare(written(tmp_path, images, long_walk.joints, 45)))
+    seen = as_seen(prepare(written(tmp_path, images, long_walk.joints, 45))).seen
     assert in_parts[0] == (25, 65)
     assert {first < 25 for first, _ in in_parts[1:]} == {False, True}
     assert sorted(seen.places) == list(range(90))
@@ -65,7 +65,7 @@ def test_legs_keep_their_names_in_the_parts_beyond(tmp_path, in_parts, long_walk
 
     monkeypatch.setattr(part, "fitted", exchanged)
     seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
-    assert max(each.mean() for each in away(seen.points, long_walk).values()) < 0.2
+    assert max(each.mean() for each in away(seen.seen.points, long_walk).values()) < 0.2
     assert len(fits) >= 5  # two or more in a row on each side
     assert seen.tracker.settings.exchange == MOST
 
