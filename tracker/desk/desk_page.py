@@ -14,7 +14,7 @@ from urllib.parse import unquote
 from pydantic import BaseModel
 
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
-from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, check_apart, films, words_for
+from tracker.desk.work import EXPORTS, Asked, Film, Work, check_apart, films, words_for
 from tracker.report.document import POLICY, Document
 from tracker.report.thumbnail import thumbnail
 from tracker.run.folder import FolderError
@@ -25,7 +25,7 @@ WIDTH = 800  # pixels of a film's picture, at most
 MOST_SENT = 8 * 2**20  # largest part of a clip sent at a time, bytes
 STYLES, SCRIPTS = ("annotate/base.css", "desk/desk.css"), ("annotate/asking.js", "desk/desk.js")
 PAGE = Document("desk/desk.html", STYLES, SCRIPTS)
-NEEDS_RUN = (Command.CORRECT, Command.EXPORT)
+NEEDS_RUN = ("correct", "export")
 
 
 class StopAsked(BaseModel):

@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from threading import Thread
 from typing import IO, Any, Literal
@@ -68,12 +67,12 @@ class Film:
     def taken(self) -> bool:
         """Whether the run's folder has a run of another film whose name differs only in its ending."""
         news = self._news()
-        return news is not None and not self._made(news)
+        return news is not None and Path(news.video).name != self.name
 
     def _told_run(self) -> dict[str, Any] | None:
         """The summary of its complete run, None without one."""
-        news = self._news()
-        if news is None or not self._made(news):
+        news = None if self.taken else self._news()
+        if news is None:
             return None
         report = (self.run / REPORT).exists()
         return {"headline": news.headline, "warnings": news.warnings, "report": report}
@@ -82,9 +81,6 @@ class Film:
         with suppress(RunError, OSError):
             return read_news(self.run)
         return None
-
-    def _made(self, news: News) -> bool:
-        return Path(news.video).name == self.name
 
     def _beside(self, ending: str) -> Path:
         return self.path.with_name(self.path.stem + ending)
@@ -102,16 +98,6 @@ def check_apart(film: Film) -> None:
         raise FolderError(f"{' and '.join(same)} have the same out, {film.run.name}; rename one of them")
 
 
-class Command(StrEnum):
-    """The commands for a film or its run."""
-
-    FIND = "find"
-    TRACK = "track"
-    ANNOTATE = "annotate"
-    CORRECT = "correct"
-    EXPORT = "export"
-
-
 class Asked(BaseModel):
     """A command that the page requests.
 
@@ -125,7 +111,7 @@ class Asked(BaseModel):
     """
 
     film: str
-    command: Command
+    command: Literal["find", "track", "annotate", "correct", "export"]
     person: int | None = Field(None, ge=1)
     near: Literal["ahead", "behind"] | None = None
     facing: Literal["left", "right"] | None = None
@@ -136,20 +122,20 @@ class Asked(BaseModel):
 
 def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
     """The words of the requested command line, as typed in the folder of the film."""
-    words = [asked.command.value]
+    words: list[str] = [asked.command]
     match asked.command:
-        case Command.FIND:
+        case "find":
             words += [_here(film.path), "--out", _here(film.people), "--overwrite"]
-        case Command.TRACK:
+        case "track":
             again = [] if film.taken else ["--overwrite"]
             words += [_here(film.path), "--out", _here(film.run), *again, *_how(asked, film)]
-        case Command.ANNOTATE:
+        case "annotate":
             words += [_here(film.path), "--out", _here(film.marks)]
-        case Command.CORRECT:
+        case "correct":
             words += [_here(film.run)]
-        case Command.EXPORT:
+        case "export":
             words += [_here(film.run), "--to", asked.to or EXPORTS[0], "--overwrite"]
-    page = asked.command in (Command.ANNOTATE, Command.CORRECT)
+    page = asked.command in ("annotate", "correct")
     words += ["--no-browser"] * (page and not browser)
     return [*words, "--progress", "json"]
 

@@ -9,7 +9,7 @@ import pytest
 from tests.tracker.desk.desks import CLIP, a_run, shown, state
 from tests.tracker.processes import ended
 from tracker.desk import desk_page as module
-from tracker.desk.work import Asked, Command, films, words_for
+from tracker.desk.work import Asked, films, words_for
 
 
 def test_a_film_is_shown_with_what_was_made_of_it(client, folder):
@@ -35,7 +35,7 @@ def test_a_run_of_another_film_is_not_shown_and_not_replaced(client, folder):
     (folder / "\udce4.mp4").write_bytes(b"")
     (film,) = state(client)["films"]
     assert film["run"] is None
-    words = words_for(Asked(film="walk.mp4", command=Command.TRACK), films(folder)["walk.mp4"], False)
+    words = words_for(Asked(film="walk.mp4", command="track"), films(folder)["walk.mp4"], False)
     assert "--overwrite" not in words
 
 

@@ -8,25 +8,25 @@ import time
 import pytest
 
 from tests.tracker.desk.desks import state
-from tracker.desk.work import Asked, Command, Work, films, words_for
+from tracker.desk.work import Asked, Work, films, words_for
 
 
 @pytest.mark.parametrize(
     ("asked", "typed"),
     [
-        (Asked(film="", command=Command.FIND), "find a.mp4 --out a-people.csv --overwrite"),
-        (Asked(film="", command=Command.TRACK), "track a.mp4 --out a-track --overwrite"),
+        (Asked(film="", command="find"), "find a.mp4 --out a-people.csv --overwrite"),
+        (Asked(film="", command="track"), "track a.mp4 --out a-track --overwrite"),
         (
-            Asked(film="", command=Command.TRACK, person=2, near="ahead", height=1.7),
+            Asked(film="", command="track", person=2, near="ahead", height=1.7),
             "track a.mp4 --out a-track --overwrite --person 2 --near ahead --height 1.7",
         ),
         (
-            Asked(film="", command=Command.TRACK, person=2, near="ahead", facing="left", marked=True),
+            Asked(film="", command="track", person=2, near="ahead", facing="left", marked=True),
             "track a.mp4 --out a-track --overwrite --keypoints a.keypoints.csv --facing left",
         ),
-        (Asked(film="", command=Command.ANNOTATE), "annotate a.mp4 --out a.keypoints.csv --no-browser"),
-        (Asked(film="", command=Command.CORRECT), "correct a-track --no-browser"),
-        (Asked(film="", command=Command.EXPORT, to="mot"), "export a-track --to mot --overwrite"),
+        (Asked(film="", command="annotate"), "annotate a.mp4 --out a.keypoints.csv --no-browser"),
+        (Asked(film="", command="correct"), "correct a-track --no-browser"),
+        (Asked(film="", command="export", to="mot"), "export a-track --to mot --overwrite"),
     ],
 )
 def test_what_is_done_is_what_would_be_typed(tmp_path, asked, typed):
@@ -41,7 +41,7 @@ def test_what_is_done_is_what_would_be_typed(tmp_path, asked, typed):
 
 def test_every_marked_frame_is_passed_through(tmp_path):
     (tmp_path / "a.mp4").touch()
-    film, asked = films(tmp_path)["a.mp4"], Asked(film="", command=Command.TRACK, marked=True)
+    film, asked = films(tmp_path)["a.mp4"], Asked(film="", command="track", marked=True)
     for rows, anchors in (("0,hip,1,1\n", False), ("0,hip,1,1\n9,hip,2,1\n", True), ("no table", False)):
         (tmp_path / "a.keypoints.csv").write_text(f"frame,keypoint,x,y\n{rows}")
         assert ("--anchors" in words_for(asked, film, browser=False)) == anchors
