@@ -6,7 +6,7 @@ No answer depends on a path from the client: only the files given to the command
 from http import HTTPStatus
 
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
-from tracker.annotate.session import CheckRequest, SaveRequest, Session, UnknownJointError
+from tracker.annotate.session import CheckRequest, SaveRequest, Session
 from tracker.report.document import Document
 
 SCRIPTS = ("asking", "marks", "picture", "film", "figure", "side", "saving", "page")
@@ -44,12 +44,6 @@ class Handler(LoopbackHandler):
             raise nothing_here()
 
     def post(self, what: str) -> None:
-        try:
-            self._done(what)
-        except UnknownJointError as error:
-            raise RefusalError(HTTPStatus.BAD_REQUEST, str(error)) from error
-
-    def _done(self, what: str) -> None:
         session = self.server.session
         if what == "check":
             self.answer(session.check(self.body(CheckRequest)))

@@ -1,10 +1,11 @@
-"""The data and requests of the marking page, independent of HTTP."""
+"""The data and requests of the marking page."""
 
 import base64
 import shlex
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from http import HTTPStatus
 from pathlib import Path
 from queue import Empty, Queue
 from threading import RLock
@@ -16,6 +17,7 @@ from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from kinematics.recover import PoseError, start_pose
 from tracker.annotate.frames import Frames
+from tracker.annotate.loopback import RefusalError
 from tracker.annotate.marks import Table
 from tracker.clip.job import Facing, towards
 from tracker.clip.start import facing_at, objections, outside
@@ -79,10 +81,6 @@ class Advice:
     missing: tuple[str, ...]
     faults: tuple[str, ...]
     faces: str | None
-
-
-class UnknownJointError(ValueError):
-    """A joint that the figure does not have."""
 
 
 class Session:
@@ -149,14 +147,14 @@ class Session:
         }
 
     def check(self, request: CheckRequest) -> Reply:
-        """The missing joints and the faults of a frame; raises UnknownJointError."""
+        """The missing joints and the faults of a frame; raises RefusalError."""
         marks = self._marks(request.marks)
         facing = towards(request.facing) or self.facing
         return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame, facing))
 
     def save(self, request: SaveRequest) -> Reply:
-        """Write the table; `closed` says whether the session has ended. UnknownJointError, FolderError,
-        OSError: nothing was written."""
+        """Write the table; `closed` says whether the session has ended. RefusalError, FolderError, OSError:
+        nothing was written."""
         changed = {frame: self._marks(marks) for frame, marks in request.frames.items()}
         with self._lock:
             if changed or not self.table.marks:
@@ -204,7 +202,7 @@ class Session:
         for name in placed:
             if name not in self._figure.marks:
                 known = ", ".join(self._figure.marks)
-                raise UnknownJointError(f"unknown joint {name!r}; known are {known}")
+                raise RefusalError(HTTPStatus.BAD_REQUEST, f"unknown joint {name!r}; known are {known}")
         return {name: Mark(**each.model_dump()) for name, each in placed.items()}
 
     def _followed(self, index: int) -> Mapping[str, Mark]:
