@@ -16,17 +16,7 @@ from tracker.progress import tally
 if TYPE_CHECKING:
     from tracker.batch.run_all import Ended
 
-
-class To(StrEnum):
-    """The formats to which a run is exported."""
-
-    DLC = "dlc"
-    TRC = "trc"
-    MOT = "mot"
-    SPORTS2D = "sports2d"
-    OPENPOSE = "openpose"
-    MYOGAIT = "myogait"
-    ALL = "all"
+To = StrEnum("To", "DLC TRC MOT SPORTS2D OPENPOSE MYOGAIT ALL")  # formats to which a run is exported
 
 
 def export(

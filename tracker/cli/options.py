@@ -21,14 +21,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED = "interrupted; nothing was written"
 UNLOADED = ("failed to map segment", "cannot allocate memory")  # messages of the system without memory
-
-
-class Style(StrEnum):
-    """How progress is shown."""
-
-    AUTO = "auto"
-    PLAIN = "plain"
-    JSON = "json"
+Style = StrEnum("Style", "AUTO PLAIN JSON")  # how progress is shown
 
 
 def named(path: Path) -> Path:
