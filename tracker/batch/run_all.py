@@ -15,7 +15,6 @@ from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress, tally
-from tracker.report.overview import Row as Shown
 from tracker.report.overview import is_overview, write_overview
 from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
@@ -114,11 +113,11 @@ def run_batch(
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
         write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
     with fresh_file(overview, overwrite=True) as aside:
-        shown = [
-            Shown(row.video.name, None if ending.status == FAILED else row.out, outcome_of(ending))
+        clips = (
+            (row.video.name, None if ending.status == FAILED else row.out, outcome_of(ending))
             for row, ending in ended
-        ]
-        write_overview(aside, place, shown)
+        )
+        write_overview(aside, place, clips)
     return ended
 
 

@@ -1,9 +1,8 @@
 """The page of a batch: a row a clip with picture, gait in a sentence, warnings and report."""
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from markupsafe import Markup
@@ -18,24 +17,15 @@ MADE = Markup('<meta name="generator" content="figtrack batch">')
 WIDTH = 240  # pixels of a row's picture
 
 
-@dataclass(frozen=True)
-class Row:
-    """A clip of the batch.
+def write_overview(path: Path, place: Path, clips: Iterable[tuple[str, Path | None, str]]) -> None:
+    """Write the page.
 
-    video : its name
-    run   : the folder of its run, None if it failed
-    said  : how it ended, with the reason of a failure
+    Args:
+        place: the folder in which it will be.
+        clips: of each the name, the folder of its run, None if it failed, and how it ended.
     """
-
-    video: str
-    run: Path | None
-    said: str
-
-
-def write_overview(path: Path, place: Path, rows: Sequence[Row]) -> None:
-    """Write the page, with links relative to the folder `place` in which it will be."""
-    shown = [_shown(row, place) for row in rows]
-    write_page(path, PAGE, {}, title=place.name, head=MADE, rows=shown)
+    rows = [_row(*clip, place) for clip in clips]
+    write_page(path, PAGE, {}, title=place.name, head=MADE, rows=rows)
 
 
 def is_overview(path: Path) -> bool:
@@ -43,17 +33,16 @@ def is_overview(path: Path) -> bool:
     return MADE in path.read_bytes()[:1000].decode("utf-8", errors="replace")
 
 
-def _shown(row: Row, place: Path) -> dict[str, object]:
+def _row(video: str, run: Path | None, said: str, place: Path) -> dict[str, object]:
     """The content of a row; without a run that failed or was removed meanwhile."""
-    shown: dict[str, object] = {"video": row.video, "said": row.said}
+    row: dict[str, object] = {"video": video, "said": said}
     with suppress(RunError):
-        if row.run is not None:
-            shown["news"] = read_news(row.run)
-            shown["picture"] = _picture(row.run / OVERLAY)
-            report = row.run / REPORT
-            if report.exists():
-                shown["report"] = linked_from(place, report)
-    return shown
+        if run is not None:
+            row["news"] = read_news(run)
+            row["picture"] = _picture(run / OVERLAY)
+            if (run / REPORT).exists():
+                row["report"] = linked_from(place, run / REPORT)
+    return row
 
 
 def _picture(clip: Path) -> str:

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.tracker.report.reports import write_clip
-from tracker.report.overview import Row, is_overview, write_overview
+from tracker.report.overview import is_overview, write_overview
 
 
 @pytest.fixture
@@ -23,9 +23,7 @@ def place(tmp_path):
 
 def test_every_clip_has_a_row_and_the_followed_ones_a_picture_and_a_link(browser, place):
     page = place / "summary.html"
-    write_overview(
-        page, place, [Row("a b.mp4", place / "a b-track", "3 ok"), Row("<i>c.mp4", None, "no <video>")]
-    )
+    write_overview(page, place, [("a b.mp4", place / "a b-track", "3 ok"), ("<i>c.mp4", None, "no <video>")])
     assert is_overview(page)
     browser.open(page.as_uri(), width=390)
     cells = browser.each("tr", "[...one.cells].map(cell => cell.innerText)")
@@ -43,7 +41,7 @@ def test_every_clip_has_a_row_and_the_followed_ones_a_picture_and_a_link(browser
 def test_a_run_without_a_film_or_a_report_is_told_all_the_same(place):
     for name in ("overlay.mp4", "report.html"):
         (place / "a b-track" / name).unlink()
-    write_overview(place / "summary.html", place, [Row("a b.mp4", place / "a b-track", "3 ok")])
+    write_overview(place / "summary.html", place, [("a b.mp4", place / "a b-track", "3 ok")])
     page = (place / "summary.html").read_text()
     assert "Walks &lt;slowly&gt;." in page
     assert "<img" not in page
