@@ -47,7 +47,7 @@ class Correction(Session):
         job = self._finished.job
         check_inputs(folder, job.inputs)  # now, not only after everything was marked
         first = self._finished.start if first is None else first
-        super().__init__(job.video, self._table(), first, None, job.facing, job.figure)
+        super().__init__(job.video, self._table(), first, job.facing, job.figure)
         if self.table.path.exists():
             self._said = "What was corrected before is not followed yet."
 

@@ -11,7 +11,7 @@ from tracker.annotate.session import Session
 from tracker.annotate.wanted import Request
 from tracker.clip.job import towards
 from tracker.progress import Progress, counted
-from tracker.run.folder import FolderError
+from tracker.run.folder import check_file
 from videos.container import VideoError
 
 POLL = 0.1  # seconds between looks at whether the page was closed
@@ -24,22 +24,20 @@ def mark(request: Request, progress: Progress) -> None:
         VideoError, KeypointsError, ForeignError, FolderError: a file or port that cannot be used.
         KeyboardInterrupt: nothing was saved.
     """
-    for given in (request.video, request.source):
-        if given is not None and given.exists() and request.table.exists() and given.samefile(request.table):
-            raise FolderError(f"{given} is what the work reads; choose another --out")
+    check_file(request.table, overwrite=True, inputs=[request.video, request.source])
     figure = load_figure(request.figure)
     table = Table(request.table, overwrite=request.overwrite, figure=figure)
-    taken, facing = None, towards(request.facing)
+    first, facing = request.frame, towards(request.facing)
+    shown = min(table.marks, default=0) if first is None else first
+    session = Session(request.video, table, shown, facing, request.figure)
     if request.source is not None:
         from tracker.foreign.start_marks import read_start  # slow to import
 
-        taken = read_start(request.source, request.frame, facing, figure=figure)
+        taken = read_start(request.source, first, facing, figure=figure)
+        session.start_from(taken)
         print(taken.told)
-    marked = min(table.marks, default=0)
-    first = request.frame if request.frame is not None else taken.frame if taken else marked
-    session = Session(request.video, table, first, taken, facing, request.figure)
     with Server(session, request.port) as server:
-        if taken is None and not table.marks and not request.empty and figure.outline:
+        if session.taken is None and not table.marks and not request.empty and figure.outline:
             _suggest(request, session, figure, progress)
         _serve(server, "mark the joints", not request.no_browser)
     print(f"{counted(len(table.marks), 'frame')} marked in {table.path}")

@@ -30,12 +30,8 @@ class Table:
         """Open the table of a figure's joints; a new or replaced one is empty or begins with the marks
         `begin`.
 
-        Raises:
-            FolderError: a folder at this place.
-            KeypointsError: a file that is no keypoints table.
+        KeypointsError: a file that is no keypoints table.
         """
-        if path.is_dir():
-            raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
         self.path, self.figure = path, figure
         self.marks: Marks = {}
         self._header, self._rows = [*COLUMNS, VISIBLE], list[list[str]]()

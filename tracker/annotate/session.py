@@ -93,13 +93,7 @@ class Session:
     command = "annotate"
 
     def __init__(
-        self,
-        video: Path,
-        table: Table,
-        first: int,
-        taken: "Taken | None" = None,
-        facing: int | None = None,
-        figure: str = "walker",
+        self, video: Path, table: Table, first: int, facing: int | None = None, figure: str = "walker"
     ) -> None:
         """Open the video and show frame `first`; VideoError if it cannot be read or ends before.
 
@@ -107,7 +101,8 @@ class Session:
             facing: +1 right, -1 left, None to find it from the marks.
             figure: name or file of the figure, which must be the table's.
         """
-        self.video, self.table, self.taken, self.facing = video, table, taken, facing
+        self.video, self.table, self.facing = video, table, facing
+        self.taken: Taken | None = None
         self.saved = False
         self._frames = Frames(video)
         self._name, self._figure = figure, table.figure

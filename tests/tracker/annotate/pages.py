@@ -75,7 +75,9 @@ class Page:
 
 
 def session_page(browser, video, table, *, taken=None, **window):
-    session = Session(video, Table(table), taken.frame if taken else 0, taken)
+    session = Session(video, Table(table), 0)
+    if taken:
+        session.start_from(taken)
     return served(browser, session, **window)
 
 

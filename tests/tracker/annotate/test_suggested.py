@@ -183,7 +183,8 @@ def test_a_joint_that_was_left_out_is_left_out_of_the_other_leg_when_they_are_ex
 
 def test_what_was_saved_in_place_of_a_suggestion_stays_where_the_page_is_opened_anew(film, table):
     marks = {"hip": Mark(100.0, 90.0)}
-    session = Session(film, Table(table), 0, Taken(3, marks, "found"))
+    session = Session(film, Table(table), 0)
+    session.start_from(Taken(3, marks, "found"))
     assert session.opening()["taken"]["frame"] == 3
     session.save(SaveRequest(frames={3: {"hip": Placed(x=130.0, y=90.0)}}))
     opening = session.opening()
@@ -205,7 +206,7 @@ def test_a_suggestion_is_of_the_marked_joints_and_of_the_facing_that_is_told(fil
 
 def test_a_suggestion_beyond_the_film_is_left_out(film, table, capsys):
     write_marks(suggestion_path(table.parent, film), {99: LEFT[6]})
-    session = Session(film, Table(table), 0, None, None)
+    session = Session(film, Table(table), 0)
     _suggest(Request(video=film, out=table), session, WALKER, QUIET)
     assert "the page opens without a suggestion: frame 99 is not in walk.mp4" in capsys.readouterr().out
     assert session.opening()["taken"] is None
