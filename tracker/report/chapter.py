@@ -54,17 +54,17 @@ class Chapter:
         # A measured speed would pull every walker towards the model's mean pace.
         rate = 1.0 if job.rate is None else job.rate
         gait = gait_of(finished.track, rate, Known(job.height, job.scale))
-        warnings = [] if gait is None else [*gait.warnings, *_of_speed(finished, gait)]
-        return cls(job.model, finished, gait, [*finished.warnings, *warnings])
+        warnings = [*finished.warnings, *(gait.warnings if gait else ())]
+        if gait and gait.measures and _looks_altered(finished):
+            warnings.append(
+                f"the motion looks like {finished.rate:.3g} times real speed, but times are the film's own: "
+                f"if it is slow or quick motion, track again with --rate {finished.rate:.3g}"
+            )
+        return cls(job.model, finished, gait, warnings)
 
     @property
     def track(self) -> Track:
         return self.run.track
-
-    @property
-    def given(self) -> bool:
-        """Whether the playback speed was given; times are multiplied by it only then."""
-        return self.run.job.rate is not None
 
     @property
     def camera(self) -> float:
@@ -75,12 +75,13 @@ class Chapter:
         counts = Counter(self.track.outcome)
         outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
         seconds = self.track.times[-1] - self.track.times[0]
-        source = "as given" if self.given else "as the motion looks"
+        given = self.run.job.rate is not None
+        source = "as given" if given else "as the motion looks"
         speed = ("Playback speed", f"{self.run.rate:.3g} \N{MULTIPLICATION SIGN}, {source}")
         facts = [
             ("Model", self.track.model),
             ("Frames", f"{len(self.track)} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
-            *([speed] if self.given or _looks_altered(self.run) else []),
+            *([speed] if given or _looks_altered(self.run) else []),
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
@@ -173,16 +174,6 @@ class Chapter:
 def _looks_altered(run: Run) -> bool:
     """Whether the film looks like slow or fast motion without a given playback speed."""
     return run.job.rate is None and not OWN_SPEED[0] <= run.rate <= OWN_SPEED[1]
-
-
-def _of_speed(run: Run, gait: Gait) -> list[str]:
-    """A warning where the times of strides may not be those of the motion."""
-    if not (gait.measures and _looks_altered(run)):
-        return []
-    return [
-        f"the motion looks like {run.rate:.3g} times real speed, but times are the film's own: if it is slow "
-        f"or quick motion, track again with --rate {run.rate:.3g}"
-    ]
 
 
 def headline(chapter: Chapter) -> str:
