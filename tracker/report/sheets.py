@@ -6,14 +6,12 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from tracker.report.drawing import paint
 from tracker.run.score import LOST_ERROR, Score
 from tracker.run.track import Track
 from videos.frames import Video, images_of
-
-Image = NDArray[np.uint8]
+from videos.upright import Image
 
 DPI = 130
 SHOWN = 4  # largest number of frames
