@@ -135,9 +135,7 @@ def read_news(folder: Path) -> News:
         inner = sorted(found.parent.name for found in folder.glob("*/run.json"))
         advice = f"give one of the runs in it, {', '.join(inner)}" if inner else "track a clip first"
         raise RunError(f"{folder} holds no complete run (no run.json); {advice}") from error
-    except OSError as error:
-        raise RunError(f"{path} is no run of figtrack ({why(error)}); track the clip again") from error
-    except ValidationError as error:
+    except (OSError, ValidationError) as error:
         raise RunError(f"{path} is no run of figtrack ({_fault(error)}); track the clip again") from error
     except (ValueError, RecursionError) as error:
         raise RunError(f"{path} is no run of figtrack (invalid json); track the clip again") from error
@@ -185,17 +183,15 @@ def _sound(path: Path) -> Iterator[Path]:
     """A file to read in this block; RunError if its content is not that of a run."""
     try:
         yield path
-    except ValidationError as error:
-        raise RunError(f"{path} is damaged ({_fault(error)}); track the clip again") from error
     except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
-        lacks = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else why(error)
-        raise RunError(f"{path} is damaged ({lacks}); track the clip again") from error
+        raise RunError(f"{path} is damaged ({_fault(error)}); track the clip again") from error
 
 
-def _fault(error: ValidationError) -> str:
-    """Where the first fault is, and which."""
-    first = error.errors()[0]
-    return " ".join([*map(str, first["loc"]), first["msg"].lower()])
+def _fault(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        return " ".join([*map(str, first["loc"]), first["msg"].lower()])
+    return f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else why(error)
 
 
 def read_track(folder: Path, mark: float, figure: Figure) -> Track:
