@@ -56,8 +56,7 @@ def _endings() -> list[int]:
 
 
 class Interrupt:
-    """A handler that interrupts the work; signals within AGAIN seconds after it do not disturb the cleaning
-    up."""
+    """A handler that interrupts the work; for AGAIN seconds after it signals do not disturb cleaning up."""
 
     def __init__(self) -> None:
         self.last = -AGAIN

@@ -11,6 +11,5 @@ def often(fps: float) -> float:
 
 
 def crowded(fps: float) -> float:
-    """Factor on the spread of a frame's measurements with which those of a second count as at the usual
-    rate."""
+    """Factor on the spread of a frame's measurements, so that a second's count as at the usual rate."""
     return float(np.sqrt(often(fps)))

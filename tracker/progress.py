@@ -30,8 +30,7 @@ class Progress:
 
     @contextmanager
     def task(self, name: str, total: int | None) -> Iterator[Advance]:
-        """A task whose yielded function is to be called once a step; total None if the number of steps is
-        unknown."""
+        """A task whose yielded function is to be called once a step; total None if it is unknown."""
         self.name, self.done, self.total = name, 0, total
         with self._shown(name, total) as advance:
 

@@ -118,8 +118,7 @@ class LoopbackServer(ThreadingHTTPServer):
 
 
 class LoopbackHandler(BaseHTTPRequestHandler):
-    """Checks a request and answers it by `get` or `post`, which receive the part after the key in the
-    address."""
+    """Checks a request and has it answered by `get` or `post`, given what follows the key in the address."""
 
     server: LoopbackServer
     timeout = MOST_SECONDS

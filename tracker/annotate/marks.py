@@ -27,8 +27,7 @@ class Table:
     def __init__(
         self, path: Path, *, overwrite: bool = False, begin: Marks | None = None, figure: Figure = WALKER
     ) -> None:
-        """Open the table of a figure's joints; a new or replaced one is empty or begins with the marks
-        `begin`.
+        """Open the table of a figure's joints; a new or replaced one is empty or begins with `begin`.
 
         KeypointsError: a file that is no keypoints table.
         """

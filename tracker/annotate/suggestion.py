@@ -21,12 +21,8 @@ def suggested(
 ) -> Taken | None:
     """The marks that 'figtrack track' left beside the table, else the surest person in the film, else None.
 
-    Args:
-        facing: of the person, +1 right, -1 left, None to find it.
-
-    Raises:
-        KeypointsError: the left file is no keypoints table.
-        VideoError: the video cannot be read.
+    `facing` is that of the person, +1 right, -1 left, None to find it. KeypointsError, VideoError: a file
+    that cannot be read.
     """
     left = suggestion_path(table.parent, video)
     if left.exists():

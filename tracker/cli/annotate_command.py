@@ -100,8 +100,7 @@ def find(
 
 
 def job_of(how: Following, video: Path, keypoints: Path | None, folder: Path, progress: Progress) -> Job:
-    """The job that the options describe. If the film gives no reliable start, the marks of an uncertain one
-    are left beside the results."""
+    """The job that the options describe; marks of an unreliable start are left beside the results."""
     from tracker.clip.asked import asked, suggestion_path
     from tracker.clip.start import FoundError
     from tracker.run.folder import fresh_file

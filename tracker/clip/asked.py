@@ -65,6 +65,5 @@ def marks_in(table: Path, how: Following) -> Marks:
 
 
 def suggestion_path(folder: Path, video: Path) -> Path:
-    """The file for marks of an uncertain start, beside other results: `track` writes it, `annotate` reads
-    it."""
+    """The file for marks of an uncertain start, beside other results: `track` leaves it to `annotate`."""
     return folder / f"{bare_name(video)}.suggested.keypoints.csv"

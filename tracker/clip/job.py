@@ -150,11 +150,7 @@ class Following(Options):
         return [*super().inputs, self.settings]
 
     def tuned(self, settings: "Settings | None" = None) -> "Settings":
-        """The settings given, or else the file's or the defaults, with the changes that options make.
-
-        Raises:
-            ValueError: as `read_settings`.
-        """
+        """The settings given, or else the file's or the defaults, with the changes that options make."""
         from tracker.settings import Settings, read_settings
 
         if settings is None:
@@ -164,13 +160,12 @@ class Following(Options):
     def job(self, video: Path, start: "Marks | Found", settings: "Settings | None" = None) -> "Job":
         """The job with its marks and settings.
 
-        Raises:
-            OptionsError: options that cannot be combined with given marks.
-            ValueError: as `read_settings`.
-
         Args:
             start: given marks, or a start found in the film.
             settings: replace those of the file.
+
+        Raises:
+            OptionsError: options that cannot be combined with given marks.
         """
         if isinstance(start, Found):
             found, marks = start, {start.frame: dict(start.marks)}
@@ -217,8 +212,7 @@ class Option:
         return self.name.rstrip("_")
 
     def checked(self, value: Any) -> Any:
-        """The value converted to this option's type; ValueError if it is out of range or none of the
-        words."""
+        """The value in this option's type; ValueError if it is out of range or none of the words."""
         least, most = self.about.least, self.about.most
         if least is not None and not value >= least:
             raise ValueError(f"{self.shown} must be at least {least:.10g}; got {value!r}")

@@ -1,5 +1,4 @@
-"""The points of a clip from the file of `--measure`: those that count, and how they compare with the
-track."""
+"""The points of the file of `--measure`: those that count, and how they compare with the track."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

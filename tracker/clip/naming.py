@@ -64,10 +64,7 @@ def as_the_film_names(job: Job, misnamed: float) -> Job:
     """The job, with the legs of a found start named as its outline in the whole film tells.
 
     Where that contradicts the pose of the start frame, the nearer leg counts as unsure. A job with corrected
-    frames stays, as these name the legs.
-
-    Args:
-        misnamed: probability that the start names the legs wrongly, as the film tells.
+    frames stays, as these name the legs. `misnamed` is the probability that the start names them wrongly.
     """
     found = job.found
     if found is None or job.names_legs or job.anchors or misnamed <= DOUBTED:
@@ -89,8 +86,7 @@ def borne_out(one: Person, video: Video) -> Person:
 
 
 def _misfits(one: Person, video: Video) -> Array:
-    """(n, 2) misfit of templates in the person's frames around the start, with legs named as found and
-    exchanged."""
+    """(n, 2) misfit of templates in frames around the start, with legs named as found and exchanged."""
     plans = [_as_if_sure(each, video) for each in (one, one.exchanged)]
     around = round(AROUND * video.fps)
     first = max(one.frame - around, one.first)

@@ -68,11 +68,7 @@ def look(plan: Plan, progress: Progress) -> Seen:
 
 
 def as_seen(outline: Outline, first: int, plan: Plan) -> Seen:
-    """An outline in terms of the figure that is followed.
-
-    Args:
-        first: frame of the outline's first row.
-    """
+    """An outline, whose first row is of frame `first`, in terms of the figure that is followed."""
     figure = plan.start.figure
     shown, points = load_figure(figure.outline), detections(outline, first, plan.video)
     named = Lazily(points.keys(), lambda t: points[t].named(shown, figure))

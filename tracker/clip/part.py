@@ -105,11 +105,8 @@ def part_around(
 
 
 def _seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some: slice) -> Pose | None:
-    """The pose in the frame that shows the whole figure best among some rows of an outline, if any does.
-
-    Args:
-        first: frame of the outline's first row.
-    """
+    """The pose in the frame that shows the whole figure best among some rows of an outline, if any does; the
+    outline begins with frame `first`."""
     rows = np.arange(len(outline.q))[some]
     rows = rows[outline.seen[rows] & outline.shown[rows].all(1)]
     if not len(rows):

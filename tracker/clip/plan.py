@@ -105,8 +105,7 @@ def prepare(job: Job) -> Plan:
 
 
 def start_frame(job: Job) -> int:
-    """The marked start frame; StartError if frame `start`, or every frame of the followed part, is
-    unmarked."""
+    """The marked start frame; StartError if the one asked for, or all of the followed part, is unmarked."""
     start, first = job.start, job.first
     if start is None:
         within = [frame for frame in job.marks if frame >= first]
@@ -132,7 +131,6 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     Args:
         images: RGB, the marked frame first.
         start: the pose there, facing either way.
-        fps: frames a second.
     """
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
     frames = iter(images)

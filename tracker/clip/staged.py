@@ -65,8 +65,7 @@ class Surveyed:
 
 
 def every(video: Video, first: int, last: int | None) -> int:
-    """Of how many frames one is surveyed between two, None for the film's last: at a high frame rate not all
-    are needed."""
+    """Of how many frames one is surveyed, as at a high frame rate not all are needed; see `count_to`."""
     step, end = round(video.fps / OFTEN), count_to(video, last)
     return max(step if end is None else min(step, (end - first) // ENOUGH), 1)
 
@@ -104,11 +103,7 @@ def _to_cut(video: Video, first: int, last: int, step: int, by: float, progress:
 
 
 def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:
-    """By frame, the outline's joints that lie in the picture and stand out from the scene.
-
-    Args:
-        first: frame number of the outline's first row.
-    """
+    """By frame, from `first` on, the outline's joints in the picture that stand out from the scene."""
     joints, spread, crowd = outline.joints, outline.spread, crowded(video.fps)
     number = np.arange(joints.shape[1])
     inside = within(joints, (video.height, video.width)) & outline.shown & outline.seen[:, None]

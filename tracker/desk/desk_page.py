@@ -103,8 +103,7 @@ class Server(LoopbackServer):
         self.shown = secrets.token_urlsafe(24)
 
     def key_of(self, what: str) -> str:
-        """Files of runs have a key of their own: they may come from anywhere, and a report's script can read
-        its address."""
+        """The key of a run's files is another one: they may come from anywhere, and scripts see addresses."""
         return self.shown if what.startswith("run/") else self.key
 
 
@@ -114,8 +113,7 @@ class Handler(LoopbackHandler):
     server: Server
 
     def get(self, what: str) -> None:
-        """Send the page, the state of the folder, or pictures, reports and clips by the name of their
-        film."""
+        """Send the page, the state of the folder, or a picture, report or clip by the name of its film."""
         desk = self.server.desk
         kind, _, rest = what.partition("?")[0].partition("/")  # a query only avoids the browser's cache
         if what == "":

@@ -77,8 +77,7 @@ def _cells(place: Array, p: float) -> tuple[str, str, str]:
 
 
 def _columns(heads: dict[str, list[str]], path: Path) -> tuple[list[Column], int]:
-    """The content of each column, and the number of columns before the first: labelled images have two
-    more."""
+    """The content of each column, and how many precede the first: labelled images have two more."""
     parts, coords = heads["bodyparts"], heads["coords"]
     whose = heads.get("individuals", [""] * len(parts))
     if not len(parts) == len(coords) == len(whose):

@@ -20,8 +20,7 @@ def is_labelme(content: Any) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """All people in the file, or ForeignError; the frame is the number in the image's name, or in the file's
-    own, else 0."""
+    """All people in the file; the frame is the number in the image's name, or in the file's own, else 0."""
     content = load_json(path)
     groups: dict[Any, dict[str, Sighting]] = {}
     with laid_out(path, "labelme file", "save it again"):

@@ -28,14 +28,8 @@ NOTES = (
 
 
 def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> str:
-    """Write every tracked frame in the layout of OpenSim.
-
-    Returns:
-        A remark on frames of the clip that are left out, or were not measured.
-
-    Raises:
-        ForeignError: a figure without these angles.
-    """
+    """Write every tracked frame in the layout of OpenSim; returns a remark on frames that are left out or
+    were not measured. ForeignError: a figure without these angles."""
     wanted = {"torso", *(f"{joint}_{side}" for joint in ("hip", "knee") for side in SIDES)}
     if lacks := wanted - set(record.freedoms):
         raise ForeignError(

@@ -48,8 +48,7 @@ def is_openpose(content: Any) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """All people in a file, or in all files of a folder, or ForeignError; the frame is the number in a file's
-    name, else 0."""
+    """All people in a file, or in all files of a folder; the frame is the number in its name, else 0."""
     if not path.is_dir():
         return {_frame(path): _people(path)}
     files = sorted(file for file in path.iterdir() if FILE.fullmatch(file.name))

@@ -32,8 +32,7 @@ class Taken:
 def read_marks(
     path: Path, frame: int | None, facing: int | None, first: int, last: int | None, figure: Figure = WALKER
 ) -> tuple[Marks, str]:
-    """The marks of a keypoints table, or those of `read_start` with a remark on them; KeypointsError or
-    ForeignError."""
+    """The marks of a keypoints table, or those of `read_start` with a remark on them."""
     if not is_foreign(path):
         return read_keypoints(path, figure.marks, figure.joints), ""
     taken = read_start(path, frame, facing, first, last, figure)
@@ -109,8 +108,7 @@ def _choose_frame(
 
 def _worth(parts: Parts, figure: Figure) -> float:
     """Distance of the ends of twin legs as a share of the figure's height, times the lowest confidence of a
-    point; below 0 for an incomplete figure.
-    """
+    point; below 0 for an incomplete figure."""
     joints, _ = joints_of(parts, 1, figure)
     if not _whole(joints, figure):
         return -1.0

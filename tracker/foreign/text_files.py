@@ -45,8 +45,7 @@ def load_rows(path: Path, delimiter: str = ",") -> list[list[str]]:
 
 
 def write_rows(path: Path, rows: Iterable[Iterable[object]], delimiter: str = ",") -> None:
-    """Write a text table as other programs do, with Unix line ends; bytes of names that are no UTF-8 are
-    escaped."""
+    """Write a text table as other programs do, with Unix line ends; bytes that are no UTF-8 are escaped."""
     with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         csv.writer(file, delimiter=delimiter, lineterminator="\n").writerows(rows)
 

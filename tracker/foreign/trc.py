@@ -1,8 +1,8 @@
 """TRC, the marker table of OpenSim: metres for OpenSim itself, pixels for Sports2D.
 
-Five rows of header, then a row a frame: its number from 1, its time, x, y, z of every marker. A missing
-marker is three times `nan`. In metres x points ahead and y up (`tracker.foreign.scale`), in pixels x right
-and y down; z is 0.
+Five rows of header, then a row a frame: its number from 1, its time, x, y, z of every marker, three times
+`nan` for a missing one. In metres x points ahead and y up (`tracker.foreign.scale`), in pixels x right and y
+down; z is 0.
 """
 
 from pathlib import Path

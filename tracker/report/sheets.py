@@ -55,8 +55,7 @@ def sheet_frames(scores: Mapping[str, Score]) -> list[int]:
 
 
 def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, Score], path: Path) -> None:
-    """Write a picture with a row for each model's overlay and a column for each frame where the tracks
-    part."""
+    """Write a picture: a row for each model's overlay, a column for each frame where the tracks part."""
     frames = sheet_frames(scores)
     shown = images_of(Video(video), frames)
     best = min(scores, key=lambda name: scores[name].mean_error_leg)

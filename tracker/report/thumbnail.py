@@ -11,14 +11,7 @@ LATEST = 60  # latest frame taken of a long film, since those before it are read
 
 
 def thumbnail(film: Path, width: int) -> bytes:
-    """The middle frame of a film, or an earlier one of a long film, as a JPEG.
-
-    Args:
-        width: of the picture at most, pixels.
-
-    Raises:
-        VideoError: the film cannot be read.
-    """
+    """The middle frame of a film, or an earlier one of a long film, as a JPEG of at most this width."""
     video = Video(film)
     middle = min((video.count_hint or 0) // 2, LATEST)
     image = next(chain(video.pictures(middle, middle), video.pictures(0, 0)))  # fewer than announced may come

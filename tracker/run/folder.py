@@ -99,8 +99,7 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
 
 @contextmanager
 def swept(paths: Iterable[Path]) -> Iterator[None]:
-    """In this block others may make `paths`; before and afterwards temporary folders of killed processes are
-    removed.
+    """In this block others may make `paths`; before and after it leftovers of killed processes are removed.
 
     A complete run that was being replaced at that moment is restored.
     """
@@ -166,9 +165,7 @@ def check_file(path: Path, overwrite: bool, inputs: Iterable[Path | None] = ()) 
 
 @contextmanager
 def _workshop(place: Path) -> Iterator[Path]:
-    """A hidden folder beside `place` with another in it, "new"; removed afterwards, with empty parents that
-    were made for it.
-    """
+    """A hidden folder beside `place` with another in it, "new"; removed afterwards, with its new parents."""
     made = [parent for parent in place.parents if not parent.exists()]
     workshop = place.parent / f".{place.name}.{secrets.token_hex(DRAWN // 2)}{PART}"
     lock = None

@@ -195,8 +195,7 @@ def _fault(error: Exception) -> str:
 
 
 def read_track(folder: Path, mark: float, figure: Figure) -> Track:
-    """The track of a complete run of this figure, at rest; `mark` is the setting of that name. RunError: a
-    file is damaged."""
+    """The track of a complete run of this figure, its setting `mark` given; raises as `read_run`."""
     with _sound(folder / "track.npz") as path:
         header, rows = _archive(path, ("times", "q", "cov", "s", "motions", "outcome", "shift"))
         *origin, unit, facing = header["view"]

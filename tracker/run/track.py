@@ -91,8 +91,7 @@ class Track:
         return self.view.to_pixels(joints(self.figure, self.q[rows])) + self.shift[rows, None]
 
     def joint_covs(self, rows: slice = ALL) -> Array:
-        """(T, J, 2, 2) covariance of each joint in some rows, px^2: from the pose and from the error of its
-        mark.
+        """(T, J, 2, 2) covariance of each joint in some rows, px^2: from the pose and its mark's error.
 
         If the legs may be misnamed, with the probability p, it is the second moment about the place x of the
         mixture with the joint's twin, N(x', P'): (1 - p) P + p (P' + (x' - x) (x' - x)').
@@ -148,9 +147,10 @@ class Track:
         return pd.DataFrame(columns, index=frames)
 
     def to_xarray(self) -> "xr.Dataset":
-        """Positions in pixels, and their likelihood as `confidence`, in the layout of poses in `movement`
-        0.15.
-        LibraryError: xarray is not installed."""
+        """Positions in pixels, and their likelihood as `confidence`, in the layout of `movement` 0.15.
+
+        LibraryError: xarray is not installed.
+        """
         try:
             import xarray as xr
         except ImportError as error:

@@ -195,8 +195,7 @@ def develop(picture: Image, rng: np.random.Generator, noise: float = NOISE) -> P
 
 
 def _expose(painter: Painter, gait: Gait, start: Array) -> tuple[Image, dict[str, bool]]:
-    """The walker's layer averaged over the shutter's moments, and which marks are visible at the middle
-    one."""
+    """The walker's layer averaged over the shutter's moments, and the marks visible at the middle one."""
     places = in_pixels(joint_places(painter.build, gait), painter.leg_px, start)
     layer = np.zeros((*painter.shape, 4), np.float32)
     visible: dict[str, bool] = {}

@@ -162,8 +162,7 @@ def _pavement(canvas: Image, foot: int, rng: np.random.Generator) -> None:
 
 
 def _clutter(canvas: Image, foot: int, echo: Image, rng: np.random.Generator) -> None:
-    """A box at leg height against the wall, such as a bin, crate or low gate, sometimes in the walker's
-    colour."""
+    """A box at leg height against the wall, such as a bin or crate, sometimes in the walker's colour."""
     height, width = canvas.shape[:2]
     x = int(rng.integers(0, width))
     wide, high = int(rng.uniform(0.04, 0.13) * height), int(rng.uniform(0.1, 0.24) * height)

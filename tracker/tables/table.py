@@ -35,9 +35,7 @@ class Layout:
     def rows(self, path: str | Path) -> Iterator[tuple[str, dict[str, str]]]:
         """The place of each row, as in "poses.csv line 2", and its cells by column, without empty rows.
 
-        Raises:
-            ValueError, as `error`: no such file, another kind of table, or a row that does not fit the
-            header.
+        Raises `error`: no such file, another kind of table, or a row that does not fit the header.
         """
         try:
             lines = read_lines(path)
