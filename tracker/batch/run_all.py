@@ -44,10 +44,6 @@ NAMED = ("model", "figure")  # options that are the name of a shipped one or a f
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
 
 
-class BatchError(ValueError):
-    """A batch that the user stopped."""
-
-
 @dataclass(frozen=True)
 class Ending:
     """How a row ended: done, skipped or failed.
@@ -67,7 +63,7 @@ def _interruption_told() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        raise BatchError("interrupted; what is done stays, and the same batch again goes on there") from error
+        raise ValueError("interrupted; what is done stays, and the same batch again goes on there") from error
 
 
 @_interruption_told()
@@ -94,7 +90,7 @@ def run_batch(
         JobsError: a table that cannot be used; nothing was done.
         ClusterError: a scheduler that does not answer.
         FolderError: a summary that cannot be written.
-        BatchError: the user stopped it.
+        ValueError: the user stopped it.
     """
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"

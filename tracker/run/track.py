@@ -30,10 +30,6 @@ def blocks(T: int) -> Iterator[slice]:
         yield slice(t, t + BLOCK)
 
 
-class LibraryError(ImportError):
-    """An optional library is not installed."""
-
-
 @dataclass(frozen=True, repr=False)
 class Track:
     """A figure followed through the frames first .. first + T - 1 of a clip.
@@ -126,12 +122,12 @@ class Track:
     def to_dataframe(self) -> "pd.DataFrame":
         """A row a frame: time_s, motion, outcome, the pose, and joints as NAME_x and NAME_y, pixels.
 
-        Angles are in degrees, the root in leg lengths. LibraryError: pandas is not installed.
+        Angles are in degrees, the root in leg lengths. ImportError: pandas is not installed.
         """
         try:
             import pandas as pd
         except ImportError as error:
-            raise LibraryError(
+            raise ImportError(
                 'a table wants pandas; pip install ".[data]" in the clone, or pandas'
             ) from error
         columns: dict[str, object] = {
@@ -149,12 +145,12 @@ class Track:
     def to_xarray(self) -> "xr.Dataset":
         """Positions in pixels, and their likelihood as `confidence`, in the layout of `movement` 0.15.
 
-        LibraryError: xarray is not installed.
+        ImportError: xarray is not installed.
         """
         try:
             import xarray as xr
         except ImportError as error:
-            raise LibraryError(
+            raise ImportError(
                 'a dataset wants xarray; pip install ".[data]" in the clone, or xarray'
             ) from error
         position = np.moveaxis(self.joints(), 2, 1)[..., None]

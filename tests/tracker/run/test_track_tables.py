@@ -7,7 +7,6 @@ import pytest
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.strolls import stroll
-from tracker.run.track import LibraryError
 
 
 def test_a_table_has_a_row_a_frame_in_degrees_leg_lengths_and_pixels():
@@ -47,7 +46,7 @@ def test_without_the_library_it_says_what_to_install(monkeypatch, method, librar
         return usual(name, *more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(LibraryError, match=rf"install \"\.\[data\]\" in the clone, or {library}"):
+    with pytest.raises(ImportError, match=rf"install \"\.\[data\]\" in the clone, or {library}"):
         getattr(stroll(0.5), method)()
 
 
