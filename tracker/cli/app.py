@@ -1,7 +1,6 @@
 """The command line: texts and exit codes. Commands import the slow libraries that they need themselves."""
 
 import sys
-from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
@@ -81,16 +80,14 @@ def demo(
     from tracker.annotate.loopback import show
     from tracker.cli.demo import FilmError, run_demo, run_film
 
-    shown = common.shown()
-    fetched = partial(run_film, overwrite=common.overwrite, progress=shown)
-    rendered = partial(run_demo, seed=seed, overwrite=common.overwrite, progress=shown)
-    try:
-        page, told = (fetched if film else rendered)(
-            out or Path("figtrack-film" if film else "figtrack-demo")
-        )
-    except FilmError as error:
-        shown.warn(f"{error}; a walk is rendered instead")
-        page, told = rendered(out or Path("figtrack-demo"))
+    shown, page, told = common.shown(), None, ""
+    if film:
+        try:
+            page, told = run_film(out or Path("figtrack-film"), overwrite=common.overwrite, progress=shown)
+        except FilmError as error:
+            shown.warn(f"{error}; a walk is rendered instead")
+    if page is None:
+        page, told = run_demo(out or Path("figtrack-demo"), seed, overwrite=common.overwrite, progress=shown)
     print(told)
     print(f"\nopen {page}")
     if film and sys.stdout.isatty():
