@@ -262,20 +262,15 @@ def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], fac
 
     `size` is width and height of the picture in pixels, `facing` +1 right, -1 left.
     """
-    places = points(marks)
+    places, faces = points(marks), None
     missing = tuple(name for name in figure.needed if name not in marks)
-    wrong, faces = [*_outside(marks, size), *objections(figure, places, facing, "choose Faces")], None
+    wrong = [
+        f"{name} lies outside the picture of {size[0]} x {size[1]} px; move it in, or delete it"
+        for name in outside(marks, size)
+    ] + objections(figure, places, facing, "choose Faces")
     if not missing:
         try:
             faces = start_pose(figure, places, facing).view.side
         except PoseError as error:
             wrong = [str(error), *wrong]
     return Advice(missing, tuple(wrong), faces)
-
-
-def _outside(marks: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
-    width, height = size
-    return [
-        f"{name} lies outside the picture of {width} x {height} px; move it in, or delete it"
-        for name in outside(marks, size)
-    ]
