@@ -58,7 +58,9 @@ def people(
                     f"from frame {after} on another scene is shown; "
                     f"'figtrack track --from {after}' finds who walks there"
                 )
-            return [_legs_named(one.in_film(first, film.every), video) for one in seen]
+            whole = [one.in_film(first, film.every) for one in seen]
+            # Where the outline is not sure of the legs' names, the fit of templates tells them.
+            return [one if sure_of_leg(one) or _doubted(one) else borne_out(one, video) for one in whole]
         if film.last == stop or not (film.cut or len(film.survey.places) == WINDOW):  # nothing is left
             return []
         first = film.last + 1
@@ -141,11 +143,6 @@ def _clearer(one: Person, again: list[Person]) -> Person:
 
     best = max(filter(one.same, again), key=worth, default=one)
     return best if worth(best) > worth(one, LEAD) else one
-
-
-def _legs_named(one: Person, video: Video) -> Person:
-    """The person, with its legs named by the fit of templates if the outline is not sure."""
-    return one if sure_of_leg(one) or _doubted(one) else borne_out(one, video)
 
 
 def start_of(
