@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import Enum, StrEnum
 from functools import cache
-from itertools import starmap
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
@@ -232,13 +231,12 @@ class Option:
 @cache
 def options() -> tuple[Option, ...]:
     """The options of `Following` by name, in its order."""
-    return tuple(starmap(_option, get_type_hints(Following, include_extras=True).items()))
-
-
-def _option(name: str, hint: Any) -> Option:
-    kinds, about = get_args(hint)
-    kind = next(kind for kind in get_args(kinds) or (kinds,) if kind is not NoneType)
-    return Option(name, kind, about)
+    found = []
+    for name, hint in get_type_hints(Following, include_extras=True).items():
+        kinds, about = get_args(hint)
+        kind = next(kind for kind in get_args(kinds) or (kinds,) if kind is not NoneType)
+        found.append(Option(name, kind, about))
+    return tuple(found)
 
 
 @dataclass(frozen=True)
