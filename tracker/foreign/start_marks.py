@@ -63,8 +63,7 @@ def read_start(
     if frame is None or not alone:  # the name of a single picture need not number it
         check_frames(people, path)
     people = {number: seen for number, seen in people.items() if seen}
-    asked = None if alone else frame
-    source = _choose_frame(people, asked, (0, None) if alone else (first, last), path, figure)
+    source = min(people) if alone else _choose_frame(people, frame, (first, last), path, figure)
     seen = people[source]
     number = largest(seen)
     parts = parts_of(_likely(seen[number]), figure)
