@@ -17,6 +17,7 @@ from videos.overlay import Segment, draw
 COLUMNS = ("person", "first", "last", "frame", "x0", "y0", "x1", "y1", "facing", "direction", "motion")
 SURENESS = ("score", "margin", "near_leg", "near_sure")
 HEIGHT = 360  # height of the picture's tiles, pixels
+WAYS = {1: "right", -1: "left", 0: "none"}
 
 
 def write_people(path: Path, people: Sequence[Person]) -> None:
@@ -63,11 +64,7 @@ def box(one: Person) -> tuple[int, int, int, int]:
 
 
 def _ways(one: Person) -> tuple[str, str, str]:
-    return _side(one.facing), _side(one.direction), one.outline.gait
-
-
-def _side(way: int) -> str:
-    return {1: "right", -1: "left", 0: "none"}[way]
+    return WAYS[one.facing], WAYS[one.direction], one.outline.gait
 
 
 def _sureness(one: Person) -> tuple[str, str, str, int]:
