@@ -100,13 +100,9 @@ def track(
     keypoints: Keypoints = None,
     how: Following,
     overlay: Annotated[
-        bool,
-        typer.Option(
-            "--overlay/--no-overlay",
-            help="Write overlay.mp4, the clip with the figure; the report does without.",
-        ),
+        bool, typer.Option(help="Write overlay.mp4, the clip with the figure; the report does without.")
     ] = True,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,
     common: Common,
 ) -> None:

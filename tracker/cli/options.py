@@ -33,7 +33,6 @@ Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbere
 Keypoints = Annotated[
     Path | None,
     typer.Option(
-        "--keypoints",
         help="Table of marked joints: frame,keypoint,x,y,visible; or DeepLabCut CSV, OpenPose JSON (a file "
         "or a folder), COCO keypoints JSON, labelme JSON or TRC in pixels, of which the best frame is taken "
         "unless --start names one [default: the walker is found].",
@@ -49,9 +48,7 @@ class Shown:
     """How a long command shows its progress."""
 
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False
-    progress: Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")] = (
-        Style.AUTO
-    )
+    progress: Annotated[Style, typer.Option(help="How progress is shown on stderr.")] = Style.AUTO
 
     def shown(self) -> "Progress":
         from tracker.progress import Progress
