@@ -39,15 +39,8 @@ def _row(video: str, run: Path | None, said: str, place: Path) -> dict[str, obje
     with suppress(RunError):
         if run is not None:
             row["news"] = read_news(run)
-            row["picture"] = _picture(run / OVERLAY)
             if (run / REPORT).exists():
                 row["report"] = linked_from(place, run / REPORT)
+            with suppress(VideoError):
+                row["picture"] = base64.b64encode(thumbnail(run / OVERLAY, WIDTH)).decode("ascii")
     return row
-
-
-def _picture(clip: Path) -> str:
-    """A picture of a clip as a small JPEG in base64; "" if it cannot be read."""
-    try:
-        return base64.b64encode(thumbnail(clip, WIDTH)).decode("ascii")
-    except VideoError:
-        return ""
