@@ -20,6 +20,7 @@ POLL = 0.1  # seconds between looks at whether the page was closed
 def mark(request: Request, progress: Progress) -> None:
     """Serve the page until it is closed or Ctrl-C is pressed, and print the result.
 
+    VideoError, KeypointsError, ForeignError, FolderError: a file or port that cannot be used.
     KeyboardInterrupt: nothing was saved.
     """
     check_file(request.table, overwrite=True, inputs=[request.video, request.source])
@@ -45,6 +46,7 @@ def mark(request: Request, progress: Progress) -> None:
 def correct(folder: Path, frame: int | None, port: int, browser: bool, progress: Progress) -> None:
     """Serve the page of a finished run, at the given frame or the start frame; `port` is 0 for any free one.
 
+    RunError, VideoError, FolderError: a folder or file that cannot be used, or the port is taken.
     KeyboardInterrupt: nothing was saved.
     """
     from tracker.annotate.correction import Correction  # slow to import

@@ -89,7 +89,8 @@ class FilmError(ValueError):
 def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, str]:
     """Fetch the film and follow its walker without a mark; returns the page to open and a summary.
 
-    FilmError: the package cannot be fetched, or has the wrong checksum.
+    FilmError: the package cannot be fetched, or has the wrong checksum. FolderError: a folder that cannot be
+    written, or holds a complete run.
     """
     with fresh_folder(out, overwrite=overwrite) as aside:
         progress.note(f"fetching {PACKAGE} for its film")

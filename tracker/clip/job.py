@@ -149,7 +149,10 @@ class Following(Options):
         return [*super().inputs, self.settings]
 
     def tuned(self, settings: "Settings | None" = None) -> "Settings":
-        """The settings given, or else the file's or the defaults, with the changes that options make."""
+        """The settings given, or else the file's or the defaults, with the changes that options make.
+
+        ValueError: as `read_settings`.
+        """
         from tracker.settings import Settings, read_settings
 
         if settings is None:
@@ -165,6 +168,7 @@ class Following(Options):
 
         Raises:
             OptionsError: options that cannot be combined with given marks.
+            ValueError: as `read_settings`.
         """
         if isinstance(start, Found):
             found, marks = start, {start.frame: dict(start.marks)}

@@ -131,6 +131,7 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     Args:
         images: RGB, the marked frame first.
         start: the pose there, facing either way.
+        fps: frames a second.
     """
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
     frames = iter(images)

@@ -32,6 +32,7 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     Args:
         model: with which the clip was followed, see `tracker.models.find.find_model`.
         poses: (T, M) tracked root and angles; rows of NaN where the figure was lost.
+        fps: frames a second of the clip.
     """
     name = OTHERWISE if model == CONSTANT_VELOCITY else model
     known = np.isfinite(poses).all(1)
