@@ -4,6 +4,7 @@
 """
 
 import json
+import math
 import sys
 import time
 from collections import Counter
@@ -13,7 +14,7 @@ from typing import TypeVar
 
 Item = TypeVar("Item")
 Advance = Callable[[], None]
-EVERY = {"plain": 5.0, "json": 1.0}  # seconds between lines
+EVERY = {"plain": 5.0, "json": 1.0, "quiet": math.inf}  # seconds between lines
 
 
 class Progress:
@@ -32,11 +33,11 @@ class Progress:
     def task(self, name: str, total: int | None) -> Iterator[Advance]:
         """A task whose yielded function is to be called once a step; total None if it is unknown."""
         self.name, self.done, self.total = name, 0, total
-        with self._shown(name, total) as advance:
+        with _bar(name, total) if self.style == "bar" else self._lines() as show:
 
             def step() -> None:
                 self.done += 1
-                advance()
+                show()
 
             yield step
 
@@ -46,18 +47,6 @@ class Progress:
             for item in items:
                 yield item
                 advance()
-
-    @contextmanager
-    def _shown(self, name: str, total: int | None) -> Iterator[Advance]:
-        if self.style == "bar":
-            with _bar(name, total) as advance:
-                yield advance
-        elif self.style == "quiet":
-            yield lambda: None
-        else:
-            lines = _Lines(name, total, self)
-            yield lines.advance
-            lines.write()
 
     def warn(self, text: str) -> None:
         """Print one line, even in a quiet run."""
@@ -74,6 +63,42 @@ class Progress:
             with suppress(OSError):
                 print(json.dumps(news) if self.style == "json" else plain(text), file=sys.stderr, flush=True)
 
+    @contextmanager
+    def _lines(self) -> Iterator[Advance]:
+        """A line every few seconds and one at the end; for programs also one at the start."""
+        began = written = time.monotonic()
+
+        def show() -> None:
+            nonlocal written
+            # The last step is printed at the end.
+            if self.done != self.total and time.monotonic() - written > EVERY[self.style]:
+                written = self._write(began)
+
+        if self.style == "json":
+            self._write(began)
+        yield show
+        if self.style != "quiet":
+            self._write(began)
+
+    def _write(self, began: float) -> float:
+        """Print how far the task is, which began at this time; returns the present one."""
+        now = time.monotonic()
+        seconds, left = now - began, None
+        # The first step gives no estimate: it may wait for a compiler or for processes.
+        if self.total is not None and self.done > 1:
+            left = seconds / self.done * max(self.total - self.done, 0)
+        news = {
+            "task": self.name,
+            "done": self.done,
+            "total": self.total,
+            "seconds": round(seconds, 2),
+            "seconds_left": None if left is None else round(left, 1),
+        }
+        of = "" if self.total is None else f" of {self.total}"
+        more = f", {left:.0f} s left" if left and left > 1.0 else ""
+        self.line(news, f"{self.name}: {self.done}{of} in {seconds:.0f} s{more}")
+        return now
+
 
 def plain(text: str) -> str:
     """The text as one line without control characters, which names of files may contain."""
@@ -88,40 +113,6 @@ def counted(n: int, what: str) -> str:
 def tally(kinds: Iterable[str]) -> str:
     """How many there are of each kind, in words: 118 ok, 2 lost."""
     return ", ".join(f"{n} {kind}" for kind, n in Counter(kinds).items())
-
-
-class _Lines:
-    """Counts steps, and writes a line every few seconds; for programs also one at the start."""
-
-    def __init__(self, name: str, total: int | None, progress: Progress) -> None:
-        self.name, self.total, self.progress = name, total, progress
-        self.done, self.began = 0, time.monotonic()
-        self.written = self.began
-        if progress.style == "json":
-            self.write()
-
-    def advance(self) -> None:
-        self.done += 1
-        # The last step is printed at the end.
-        if self.done != self.total and time.monotonic() - self.written > EVERY[self.progress.style]:
-            self.write()
-
-    def write(self) -> None:
-        self.written = time.monotonic()
-        seconds, left = self.written - self.began, None
-        # The first step gives no estimate: it may wait for a compiler or for processes.
-        if self.total is not None and self.done > 1:
-            left = seconds / self.done * max(self.total - self.done, 0)
-        news = {
-            "task": self.name,
-            "done": self.done,
-            "total": self.total,
-            "seconds": round(seconds, 2),
-            "seconds_left": None if left is None else round(left, 1),
-        }
-        of = "" if self.total is None else f" of {self.total}"
-        more = f", {left:.0f} s left" if left and left > 1.0 else ""
-        self.progress.line(news, f"{self.name}: {self.done}{of} in {seconds:.0f} s{more}")
 
 
 @contextmanager
