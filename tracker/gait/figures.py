@@ -12,7 +12,7 @@ from kinematics.spm import joints
 from tracker.gait.evened import evened
 from tracker.gait.lengths import Known, lengths
 from tracker.gait.strides import Stride, Strides, goes_backwards, strides_of
-from tracker.gait.times import CONTACT, STANCE, STRIDE, Clock, times
+from tracker.gait.times import CONTACT, STANCE, STRIDE, times
 from tracker.gait.values import Measure, Sample, each
 from tracker.run.track import Track
 
@@ -101,10 +101,9 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
     gait = Gait((), strides, rate, "run" if run else "walk", goes_backwards(track), leg)
     if not any(strides[side].sound for side in SIDES):
         return gait
-    clock = Clock(track.first, track.times)
     every = (
-        *times(strides, clock, run),
-        *lengths(track, strides, clock, leg),
+        *times(track, strides, run),
+        *lengths(track, strides, leg),
         *_ranges(track, strides),
         *turns(track, strides),
     )

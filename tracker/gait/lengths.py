@@ -16,7 +16,7 @@ from kinematics.sides import OTHER, SIDES, Side
 from kinematics.spm import joint_jacobian, joints
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride, Strides
-from tracker.gait.times import Clock, steps
+from tracker.gait.times import span, steps
 from tracker.gait.values import Measure, Sample
 from tracker.run.stature import stature
 from tracker.run.track import Track
@@ -46,9 +46,7 @@ class Known:
         return self.height / tall if np.isfinite(tall) else None
 
 
-def lengths(
-    track: Track, strides: Mapping[Side, Strides], clock: Clock, leg: float | None
-) -> Iterator[Measure]:
+def lengths(track: Track, strides: Mapping[Side, Strides], leg: float | None) -> Iterator[Measure]:
     """All measures of length, without values for a figure that stays in place; `leg` is metres in a leg
     length, None for results in leg lengths."""
     holds = {side: _footholds(track, side, strides[side]) for side in SIDES}
@@ -77,16 +75,16 @@ def lengths(
     }
     yield Measure.of("step length", unit, of_steps)
     yield whole
-    speeds = {side: [_speed(track, s, clock, long) for s in strides[side].sound] for side in SIDES}
+    speeds = {side: [_speed(track, s, long) for s in strides[side].sound] for side in SIDES}
     yield Measure("speed", f"{unit}/s", both=Measure.of("", "", speeds).both)
 
 
-def _speed(track: Track, stride: Stride, clock: Clock, long: float) -> Sample:
+def _speed(track: Track, stride: Stride, long: float) -> Sample:
     """The speed of the hip in a stride; an error of its moments changes way and time alike."""
     frames, moments = track.first + np.arange(len(track)), [stride.strike.at, stride.end.at]
     start, end = np.interp(moments, frames, _ahead(track) * track.q[:, 0])
     variance = float(np.interp(moments, frames, track.cov[:, 0, 0]).sum())
-    rate = long / clock.span(stride.strike, stride.end).value
+    rate = long / span(track, stride.strike, stride.end).value
     speed = rate * float(end - start)
     return Sample(speed, rate**2 * variance, LENGTHS * abs(speed))
 

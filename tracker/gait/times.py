@@ -1,60 +1,42 @@
 """Times and shares of strides: durations, and when one foot, both or none is on the ground."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.gaussian import Array
 from kinematics.sides import OTHER, SIDES, Side
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride, Strides, between
 from tracker.gait.values import Measure, Sample, Value, each
+from tracker.run.track import Track
 
 STRIDE = "stride time"
 STANCE, SWING, DOUBLE = CONTACT = ("stance share", "swing share", "double support")
 
 
-@dataclass(frozen=True)
-class Clock:
-    """Times of frames in seconds walked.
-
-    first   : frame of the first moment
-    seconds : (T,)
-    """
-
-    first: int
-    seconds: Array
-
-    def span(self, start: Event, end: Event) -> Sample:
-        """The time from one moment to another of the same kind; their shared errors cancel."""
-        frames = self.first + np.arange(len(self.seconds))
-        moments = np.interp([start.at, end.at], frames, self.seconds)
-        variance = self.pace**2 * (start.error**2 + end.error**2)
-        return Sample(float(moments[1] - moments[0]), variance)
-
-    @property
-    def pace(self) -> float:
-        return float(np.ptp(self.seconds)) / max(len(self.seconds) - 1, 1)
-
-
-def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator[Measure]:
+def times(track: Track, strides: Mapping[Side, Strides], runs: bool) -> Iterator[Measure]:
     """All measures of time, including those without a value."""
-    stride = Measure.of(STRIDE, "s", each(strides, lambda s: clock.span(s.strike, s.end)))
+    stride = Measure.of(STRIDE, "s", each(strides, lambda s: span(track, s.strike, s.end)))
     stances = each(strides, _stance)
     yield Measure("cadence", "steps/min", both=_cadence(stride.both))
     yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # of both legs
-    of_steps = {side: [clock.span(strike, s.end) for s, strike in steps(strides, side)] for side in SIDES}
+    of_steps = {side: [span(track, strike, s.end) for s, strike in steps(strides, side)] for side in SIDES}
     yield Measure.of("step time", "s", of_steps)
     yield Measure.of(STANCE, "%", stances)
     yield Measure.of(
         SWING, "%", {side: [s._replace(value=100.0 - s.value) for s in stances[side]] for side in SIDES}
     )
     if runs:
-        yield Measure.of("flight time", "s", {side: list(_flights(strides, side, clock)) for side in SIDES})
+        yield Measure.of("flight time", "s", {side: list(_flights(track, strides, side)) for side in SIDES})
     else:
         both = Measure.of(DOUBLE, "%", {side: list(_together(strides, side)) for side in SIDES}).both
         yield Measure(DOUBLE, "%", both=both)
+
+
+def span(track: Track, start: Event, end: Event) -> Sample:
+    """Seconds from one moment to another of the same kind; their shared errors cancel."""
+    begun, ended = np.interp([start.at, end.at], track.first + np.arange(len(track)), track.times)
+    return Sample(float(ended - begun), _pace(track) ** 2 * (start.error**2 + end.error**2))
 
 
 def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Stride, Event]]:
@@ -64,6 +46,11 @@ def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Stride,
         strike = between(strides[OTHER[side]].strikes, stride.strike, stride.end)
         if strike is not None:
             yield stride, strike
+
+
+def _pace(track: Track) -> float:
+    """Seconds from frame to frame."""
+    return float(np.ptp(track.times)) / max(len(track) - 1, 1)
 
 
 def _stance(stride: Stride) -> Sample:
@@ -92,10 +79,10 @@ def _together(strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
             )
 
 
-def _flights(strides: Mapping[Side, Strides], side: Side, clock: Clock) -> Iterator[Sample]:
+def _flights(track: Track, strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
     """Seconds from each leaving to the other foot's strike."""
     for stride, strike in steps(strides, side):
-        yield clock.span(stride.off, strike)._replace(shared=clock.pace * _shared(stride))
+        yield span(track, stride.off, strike)._replace(shared=_pace(track) * _shared(stride))
 
 
 def _cadence(stride: Value | None) -> Value | None:

@@ -25,7 +25,7 @@ from tracker.gait.figures import runs, turns
 from tracker.gait.lengths import Known, lengths
 from tracker.gait.moments import OFF, STRIKE, Event
 from tracker.gait.strides import Stride, Strides, strides_of
-from tracker.gait.times import Clock, times
+from tracker.gait.times import times
 from tracker.gait.values import Measure, Value
 from tracker.run.track import Track
 
@@ -208,10 +208,10 @@ def _moments(
 
 
 def _measures(plan: Plan, track: Track, strides: Mapping[Side, Strides]) -> dict[str, Measure]:
-    clock = Clock(track.first, track.times * plan.speed)
+    track = replace(track, times=track.times * plan.speed)
     leg = Known(height=TALL).leg(track)
     run = plan.walkers[0].label == "run"
-    every = (*times(strides, clock, run), *lengths(track, strides, clock, leg), *turns(track, strides))
+    every = (*times(track, strides, run), *lengths(track, strides, leg), *turns(track, strides))
     return {measure.name: measure for measure in every}
 
 
