@@ -5,7 +5,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.figure_file import WALKER
@@ -13,9 +12,8 @@ from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import skeleton
 from tracker.progress import Progress
 from videos.overlay import FAR, NEAR, TRUNK, Segment, as_hex, draw, put_text
+from videos.upright import Image
 from videos.writer import Writer
-
-Image = NDArray[np.uint8]
 
 LAYERS = tuple(link.layer for link in WALKER.links)  # 0: the far leg, 1: the trunk, 2: the near leg
 GROUND_SECONDS = 0.6  # a foot touches the ground at least once in twice this time

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.figure import SCALE, Array, Ints
 from kinematics.recover import Start
@@ -69,9 +68,7 @@ def walk(
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(larger) / zoom
 
 
-def _held(
-    hips: Array, extent: tuple[int, int], frame: int, cost: float
-) -> Iterator[NDArray[np.float32] | float]:
+def _held(hips: Array, extent: tuple[int, int], frame: int, cost: float) -> Iterator[Planes | float]:
     """Costs (S, h, w) of places away from each frame's hip (T, 2), and of other sizes in `frame`, nats."""
     rows, columns = np.mgrid[: extent[0], : extent[1]]
     for t, (x, y) in enumerate(hips):

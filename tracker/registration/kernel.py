@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from dynamics.gaussian import Array, Flags, Ints
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled, part
-from tracker.registration.records import Array, Flags, Ints, Laid, Noise, Picture, Points, Row, Shape, Single
+from tracker.registration.records import Laid, Noise, Picture, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
 WAYS = 5  # motions of a link as a whole

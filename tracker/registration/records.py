@@ -5,9 +5,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Flags = NDArray[np.bool_]
+from dynamics.gaussian import Array, Flags, Ints
+
 Single = NDArray[np.float32]
 
 # For H poses: q (H, D); their links' start, direction, length and size; moments, pull and cost of `Laid`.
