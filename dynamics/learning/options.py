@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-RIDGE = 1e-2  # default of `ridge`; 1e-3 overfits runs, tested on subjects held out
-
 
 @dataclass(frozen=True)
 class Options:
@@ -26,7 +24,7 @@ class Options:
     rounds: int = 10
     tolerance: float = 1e-5
     prior: float = 1.0
-    ridge: float = RIDGE
+    ridge: float = 1e-2  # 1e-3 overfits runs, tested on subjects held out
     stickiness: float = 2.0
     restarts: int = 1
     seed: int = 0

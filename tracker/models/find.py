@@ -62,8 +62,7 @@ def for_seen(learned: SLDS) -> SLDS:
     """A model from `find_model` for a figure whose outline is measured in most frames.
 
     The model need not hold the pose alone, so its noise can be that of people it was not learned from:
-        larger,
-    and less correlated between freedoms, as one joint's deviation tells less about another's.
+    larger, and less correlated between freedoms, as one joint's deviation tells less about another's.
     """
     shared = np.where(np.eye(learned.Q.shape[-1], dtype=np.bool_), 1.0, 1.0 - SEEN_OWN)
     return replace(learned, Q=SEEN_WIDER * shared * learned.Q)
