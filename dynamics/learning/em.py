@@ -82,8 +82,8 @@ def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
     """The same system whose first frame may fall anywhere in the motion.
 
     mean0 and cov0 become the moments of each state's expected x over all frames alike, but each sequence's
-    first, before which no pose was measured; travelling freedoms are relative to their present place. A tracker
-    starts in the middle of a stride, not where a capture was cut.
+    first, before which no pose was measured; travelling freedoms are relative to their present place. A
+    tracker starts in the middle of a stride, not where a capture was cut.
     """
     mean0, cov0, share = slds.mean0.copy(), slds.cov0.copy(), np.zeros(slds.K)
     prob = np.concatenate([p.prob[1:] for p in posteriors])

@@ -13,7 +13,7 @@ from dynamics.slds import SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER, load_figure
-from tracker.often import often
+from tracker.often import crowded, often
 from tracker.run.track import FREE
 from tracker.settings import Settings
 
@@ -119,20 +119,24 @@ def known_models() -> tuple[str, ...]:
 
 
 def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> SLDS:
-    """The noise is a change of speed a frame, proportional to the square of a frame's duration."""
     step = 30.0 / fps
     noise = by_freedom(names, settings.cv_place, np.radians(settings.cv_angle))
     speed = by_freedom(names, 0.0, FIRST_ANGLE_SPEED)
     speed[: len(ROOT)] = FIRST_ROOT_SPEED
-    return constant_velocity(names, noise * step**2, speed * step, fps)
+    return constant_velocity(names, noise * _by_rate(fps), speed * step, fps)
+
+
+def _by_rate(fps: float) -> float:
+    """Factor on the change of speed in a frame at 30 a second: the square of a frame's duration, at higher
+    rates its power 1.5, so that independent changes add up to the same in a second."""
+    return (30.0 / fps) ** 2 * crowded(fps)
 
 
 def _free(learned: SLDS) -> SLDS:
     """The free state of constant velocity; its prior covers the starts of all states of the learned model."""
     noise = by_freedom(learned.names, FREE_PLACE, FREE_ANGLE)
-    free = constant_velocity(
-        learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
-    )
+    none = np.zeros(len(noise))
+    free = constant_velocity(learned.names, noise * _by_rate(learned.fps), none, learned.fps)
     start = collapse(np.full(learned.K, 1.0 / learned.K), learned.start)
     return replace(
         free,

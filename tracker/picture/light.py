@@ -12,6 +12,7 @@ import numpy as np
 from tracker.picture.pyramid import LEVELS, Array, Flags, Image, Planes
 
 BRIGHT = 50  # percentile of lightness from which light is measured: noise is a smaller share of it there
+WHITE = 250  # lightness or level from which a pixel may be overexposed, and does not show a change of light
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ def light_of(image: Image, lab: Planes, known: Flags) -> Light:
         lab: (h, w, 3) the scene's grey levels in it.
         known: (h, w) whether the scene is known.
     """
+    known = known & (image[..., 0] < WHITE) & (lab[..., 0] < WHITE)
     if not known.any():
         return Light()
     levels = _greys()
@@ -48,6 +50,7 @@ def relit(image: Image, share: float) -> Image:
     if share == 1.0:
         return image
     table = np.clip(np.rint(np.arange(LEVELS) / share), 0, LEVELS - 1).astype(np.uint8)
+    table[WHITE:] = np.maximum(table[WHITE:], np.arange(WHITE, LEVELS))  # what may be overexposed stays so
     return np.asarray(cv2.LUT(image, table), np.uint8)
 
 

@@ -132,3 +132,19 @@ def test_the_searched_box_covers_wide_links():
         pixels = VIEW.to_pixels(joints(figure, pose))
         wanted = np.array([pixels.min(0), pixels.max(0)]) + margin * VIEW.unit * np.array([[-1.0], [1.0]])
         assert_allclose(Tracker.box(tracker, pose[None]), wanted.ravel())
+
+
+def test_matching_templates_narrow_the_pose_in_two_frames_at_sixty_a_second_as_in_one_at_thirty(rng):
+    painted, tracker, state, _ = begun(rng)
+
+    def information(fps):
+        """Of a frame's templates about the pose, (D, D)."""
+        other = replace(tracker, slds=replace(tracker.slds, fps=fps))
+        after, _ = other.step(state, painted.picture(STRIDE))
+        beliefs = (after.belief, other.proposed(state.belief))
+        told, foreseen = (np.linalg.inv(other.pose(belief.merged()).cov) for belief in beliefs)
+        return told - foreseen
+
+    at_24, at_30, at_60 = map(information, (24.0, 30.0, 60.0))
+    assert_array_equal(at_24, at_30)
+    assert_allclose(2.0 * at_60, at_30, atol=0.01 * np.abs(at_30).max())

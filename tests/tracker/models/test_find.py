@@ -102,9 +102,9 @@ def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(seq
     free = find_model(str(saved(tmp_path / "mine.npz", learned(sequences))), 60.0, FULL)
     d = len(free.names)
     assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
-    # A change of speed a frame: a quarter as much in half the time.
-    assert_allclose(np.sqrt(free.Q[-1, 0, 0]), FREE_PLACE / 4, rtol=1e-12)
-    assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), FREE_ANGLE / 4, rtol=1e-12)
+    # A change of speed a frame, in half the time: of the speed 1 / sqrt(2), and of the step half of that.
+    assert_allclose(np.sqrt(free.Q[-1, 0, 0]), FREE_PLACE / np.sqrt(8.0), rtol=1e-12)
+    assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), FREE_ANGLE / np.sqrt(8.0), rtol=1e-12)
     assert_allclose(free.mean0[-1], free.mean0[:-1].mean(axis=0), rtol=1e-9, atol=1e-12)
 
 
@@ -155,12 +155,26 @@ def test_constant_velocity_carries_poses_on_as_they_moved(rng):
 def test_constant_velocity_scales_with_the_frame_rate():
     at_30, at_60 = (find_model("cv", fps, FULL) for fps in (30.0, 60.0))
     assert at_60.fps == 60.0
-    # Acceleration: a change of speed a frame goes with the square of the frame's length, Q with its square.
-    assert_allclose(at_60.Q[0], at_30.Q[0] / 16.0, rtol=1e-12)
     assert_allclose(np.sqrt(at_30.Q[0].diagonal()[:3]), [FULL.cv_place] * 2 + [np.radians(FULL.cv_angle)])
     difference = np.hstack([np.eye(8), -np.eye(8)])
     first_step = [difference @ slds.cov0[0] @ difference.T for slds in (at_30, at_60)]
     assert_allclose(first_step[1], first_step[0] / 4.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("fps", [60.0, 120.0, 240.0])
+@pytest.mark.parametrize("name", ["cv", "walk-run"])
+def test_the_speed_at_constant_velocity_changes_as_much_in_a_second_at_any_rate(name, fps):
+    def spread(fps):
+        """Standard deviations of the speeds after a second that was begun for certain, per second."""
+        slds = find_model(name, fps, FULL)
+        A, Q, d = slds.A[-1], slds.Q[-1], len(slds.names)
+        cov = np.zeros_like(Q)
+        for _ in range(round(fps)):
+            cov = A @ cov @ A.T + Q
+        difference = np.eye(d, 2 * d) - np.eye(d, 2 * d, d)
+        return fps * np.sqrt(np.diagonal(difference @ cov @ difference.T))
+
+    assert_allclose(spread(fps), spread(30.0), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("fps", "rate"), [(1000.0, 1.0), (240.0, 0.5), (1.0, 1.0), (0.1, 1.0)])

@@ -52,3 +52,12 @@ def test_how_far_apart_the_shares_of_places_are_is_told(picture):
 
 def test_light_beyond_the_brightest_stays_the_brightest(picture):
     assert relit(picture, 0.1).max() == 255
+
+
+@pytest.mark.parametrize("share", [0.75, 1.2])
+def test_an_overexposed_sky_hides_no_change_of_light_and_stays_white(share, picture):
+    now = np.rint(share * picture).astype(np.uint8)
+    picture[:24] = now[:24] = 255
+    found = light_of(lab(now), lab(picture).astype(np.float32), np.ones((40, 60), bool))
+    assert found.share == pytest.approx(share, rel=0.01)
+    assert (relit(now, found.share)[:24] == 255).all()
