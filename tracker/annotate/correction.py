@@ -11,7 +11,7 @@ import numpy as np
 from kinematics.figure_file import load_figure
 from kinematics.text_file import ordinary
 from tracker.annotate.marks import Table
-from tracker.annotate.session import Reply, SaveRequest, Session, side, told
+from tracker.annotate.session import MarksRequest, Reply, Session, side, told
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
 from tracker.clip.start import outside
@@ -61,7 +61,7 @@ class Correction(Session):
         run |= {"told": self._said, "follows": self._follows}
         return super().opening() | {"run": run}
 
-    def save(self, request: SaveRequest) -> Reply:
+    def save(self, request: MarksRequest) -> Reply:
         start = self._finished.start
         with self._lock:
             if self._follows:
@@ -75,7 +75,7 @@ class Correction(Session):
             reply = super().save(request)
         return reply if self.table.path.exists() else reply | {"saved": str(self.folder)}
 
-    def follow(self, request: SaveRequest) -> Reply:
+    def follow(self, request: MarksRequest) -> Reply:
         """Save, and follow the figure again unless marks look wrong; `follows` says whether it does.
         FolderError, OSError: nothing was written."""
         with self._lock:

@@ -6,7 +6,7 @@ No answer depends on a path from the client: only the files given to the command
 from http import HTTPStatus
 
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
-from tracker.annotate.session import CheckRequest, SaveRequest, Session
+from tracker.annotate.session import MarksRequest, Session
 from tracker.report.document import Document
 
 SCRIPTS = ("asking", "marks", "picture", "film", "figure", "side", "saving", "page")
@@ -46,13 +46,13 @@ class Handler(LoopbackHandler):
     def post(self, what: str) -> None:
         session = self.server.session
         if what == "check":
-            self.answer(session.check(self.body(CheckRequest)))
+            self.answer(session.check(self.body(MarksRequest)))
         elif what == "save":
-            reply = session.save(self.body(SaveRequest))
+            reply = session.save(self.body(MarksRequest))
             self.answer(reply)
             if reply["closed"]:
                 self.server.shutdown()
-        elif what == "follow" and (begun := session.follow(self.body(SaveRequest))):
+        elif what == "follow" and (begun := session.follow(self.body(MarksRequest))):
             self.answer(begun)
         else:
             raise nothing_here()

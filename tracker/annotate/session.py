@@ -42,19 +42,8 @@ class Placed(BaseModel, extra="forbid"):
     visible: bool = True
 
 
-class CheckRequest(BaseModel, extra="forbid"):
-    """The marks of one frame, to be checked.
-
-    facing : as chosen on the page, None for no choice
-    """
-
-    frame: Index
-    marks: dict[str, Placed]
-    facing: Facing | None = None
-
-
-class SaveRequest(BaseModel, extra="forbid"):
-    """All marks of the changed frames; a frame without any loses its marks.
+class MarksRequest(BaseModel, extra="forbid"):
+    """All marks of the changed frames, or of one to be checked; a frame without any loses its marks.
 
     facing : as chosen on the page, None for no choice
     frame  : the frame on the page
@@ -141,13 +130,13 @@ class Session:
             "figure": told(self._followed(index)),
         }
 
-    def check(self, request: CheckRequest) -> Reply:
-        """The missing joints and the faults of a frame; raises RefusalError."""
-        marks = self._marks(request.marks)
+    def check(self, request: MarksRequest) -> Reply:
+        """The missing joints and the faults of the frame on the page; raises RefusalError."""
+        marks = self._marks(request.frames.get(request.frame, {}))
         facing = towards(request.facing) or self.facing
         return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame, facing))
 
-    def save(self, request: SaveRequest) -> Reply:
+    def save(self, request: MarksRequest) -> Reply:
         """Write the table; `closed` says whether the session has ended. RefusalError, FolderError, OSError:
         nothing was written."""
         changed = {frame: self._marks(marks) for frame, marks in request.frames.items()}
@@ -166,7 +155,7 @@ class Session:
             "next": self.next_command(),
         }
 
-    def follow(self, request: SaveRequest) -> Reply | None:
+    def follow(self, request: MarksRequest) -> Reply | None:
         """Save, and follow the figure again; None, without saving, if there is no run to correct."""
         return None
 

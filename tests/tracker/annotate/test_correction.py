@@ -11,7 +11,7 @@ from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.exchanged_run import LEGS, QUIET, T
 from tests.tracker.clips import everything, read_json, refused
 from tracker.annotate.correction import Correction
-from tracker.annotate.session import Placed, SaveRequest
+from tracker.annotate.session import MarksRequest, Placed
 from tracker.run.folder import FolderError
 from tracker.tables.keypoints import read_keypoints
 
@@ -20,7 +20,7 @@ def moved(session, frame):
     """The figure as it was followed into a frame, by a pixel, as a request of the page."""
     figure = session.frame(frame)["figure"]
     placed = {name: Placed(**mark | {"x": mark["x"] + 1.0}) for name, mark in figure.items()}
-    return SaveRequest(frames={frame: placed}, anyway=True)
+    return MarksRequest(frames={frame: placed}, anyway=True)
 
 
 @pytest.mark.whole
@@ -64,7 +64,7 @@ def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corr
 def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
     session, before = Correction(run, None, QUIET), everything(run)
     far = Placed(x=9e4, y=9e4)
-    session.follow(SaveRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True, frame=3))
+    session.follow(MarksRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True, frame=3))
     session.work(1.0)
     assert session.following()["ended"]
     opening = session.opening()
@@ -75,7 +75,7 @@ def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
 
 def test_the_marks_of_the_start_cannot_be_taken_away(run):
     with pytest.raises(FolderError, match="frame 0 is the one that the run starts from"):
-        Correction(run, None, QUIET).save(SaveRequest(frames={0: {}}))
+        Correction(run, None, QUIET).save(MarksRequest(frames={0: {}}))
 
 
 def test_marks_of_a_frame_that_was_not_followed_are_refused_and_nothing_is_kept_of_them(run):
@@ -87,9 +87,9 @@ def test_marks_of_a_frame_that_was_not_followed_are_refused_and_nothing_is_kept_
         with pytest.raises(
             FolderError, match=f"frame {max(frames)} is not part of the run; take its marks away"
         ):
-            session.save(SaveRequest(frames=frames))
+            session.save(MarksRequest(frames=frames))
     assert everything(run) == before
-    assert session.save(SaveRequest(frames={T: {}}))["wrong"] == []
+    assert session.save(MarksRequest(frames={T: {}}))["wrong"] == []
 
 
 def test_a_run_that_holds_its_own_film_is_refused_before_anything_is_marked(run, monkeypatch):

@@ -79,8 +79,8 @@ def test_the_key_in_another_place_opens_nothing(client):
 
 def test_localhost_is_this_machine_too(client):
     host = f"localhost:{client.server.server_port}"
-    assert client.post("check", {"frame": 0, "marks": {}}, Host=host, Origin=f"http://{host}")[0] == 200
-    assert client.post("check", {"frame": 0, "marks": {}}, Host=host)[0] == 403
+    assert client.post("check", {"frames": {"0": {}}}, Host=host, Origin=f"http://{host}")[0] == 200
+    assert client.post("check", {"frames": {"0": {}}}, Host=host)[0] == 403
 
 
 def test_only_the_loopback_address_is_listened_on(client):

@@ -12,7 +12,7 @@ from tests.tracker.clips import everything
 from tracker.annotate import frames
 from tracker.annotate.marks import Table
 from tracker.annotate.server import PAGE, Server
-from tracker.annotate.session import CheckRequest, Session
+from tracker.annotate.session import MarksRequest, Session
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
 
 
@@ -67,10 +67,10 @@ def test_a_frame_in_passing_comes_small(client, monkeypatch):
 
 
 def test_marks_are_judged_as_the_house_judges_them(client):
-    status, reply = client.post("check", {"frame": 0, "marks": told(without("neck"))})
+    status, reply = client.post("check", {"frames": {"0": told(without("neck"))}})
     assert (status, reply["missing"], reply["faults"]) == (200, ["neck"], [])
     wrong = GOOD | {"near_toe": Mark(-9.0, 3.0)}
-    assert "near_toe lies outside" in client.post("check", {"frame": 0, "marks": told(wrong)})[1]["faults"][0]
+    assert "near_toe lies outside" in client.post("check", {"frames": {"0": told(wrong)}})[1]["faults"][0]
 
 
 def test_saving_writes_the_table_and_says_what_comes_next(client, clip, table):
@@ -127,7 +127,7 @@ def test_a_full_disk_is_said(client, monkeypatch, table):
 
 
 def test_a_facing_that_was_told_is_judged_by_and_handed_on(clip, table):
-    marks = CheckRequest(frame=0, marks=told(GOOD))
+    marks = MarksRequest(frames={0: told(GOOD)})
     for facing, faults in ((1, 0), (-1, 1), (None, 0)):
         session = Session(clip.video, Table(table), 0, facing=facing)
         assert bool(session.check(marks)["faults"]) == faults
@@ -157,5 +157,5 @@ def test_marks_however_wild_are_judged_and_nothing_is_printed_of_them(client, rn
             for n, (x, y), keep in zip(KEYPOINTS, places.tolist(), kept, strict=True)
             if keep
         }
-        assert client.post("check", {"frame": 0, "marks": marks})[0] == 200
+        assert client.post("check", {"frames": {"0": marks}})[0] == 200
     assert capfd.readouterr().err == ""

@@ -17,7 +17,7 @@ from tests.tracker.outline.films import WALKER, a_walk
 from tracker.annotate import suggestion as module
 from tracker.annotate.launch import _suggest
 from tracker.annotate.marks import Table
-from tracker.annotate.session import Placed, SaveRequest, Session
+from tracker.annotate.session import MarksRequest, Placed, Session
 from tracker.annotate.suggestion import suggested
 from tracker.annotate.wanted import Request
 from tracker.clip.asked import suggestion_path
@@ -186,7 +186,7 @@ def test_what_was_saved_in_place_of_a_suggestion_stays_where_the_page_is_opened_
     session = Session(film, Table(table), 0)
     session.start_from(Taken(3, marks, "found"))
     assert session.opening()["taken"]["frame"] == 3
-    session.save(SaveRequest(frames={3: {"hip": Placed(x=130.0, y=90.0)}}))
+    session.save(MarksRequest(frames={3: {"hip": Placed(x=130.0, y=90.0)}}))
     opening = session.opening()
     assert opening["taken"] is None
     assert opening["marks"][3]["hip"]["x"] == 130.0

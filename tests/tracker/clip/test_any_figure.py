@@ -11,7 +11,7 @@ from kinematics.spm import View, joints
 from tests.tracker.clips import figtrack, read_csv, refused, write_table, write_video
 from tests.tracker.painted import Painted
 from tracker.annotate.marks import Table
-from tracker.annotate.session import CheckRequest, Session
+from tracker.annotate.session import MarksRequest, Session
 from tracker.api import follow
 from tracker.foreign.dlc import read_people
 from tracker.progress import Progress
@@ -165,7 +165,7 @@ def test_the_marking_page_asks_for_its_joints_in_its_order(film, tmp_path):
     assert [told[name]["side"] for name in ("knee_1", "snout", "foot_5")] == ["near", "trunk", "far"]
     rows = read_csv(film.marks)[: len(FIVE.marks)]
     marks = {row["keypoint"]: {"x": float(row["x"]), "y": float(row["y"])} for row in rows}
-    advice = session.check(CheckRequest(frame=0, marks=marks))
+    advice = session.check(MarksRequest(frames={0: marks}))
     assert (advice["missing"], advice["faults"], advice["faces"]) == ((), (), "right")
     assert session.next_command().endswith(f"--figure {FILE}")
 

@@ -7,7 +7,7 @@ async function judge() {
   const mine = ++asked;
   if (begins() || playing) return;
   try {
-    const reply = await ask("check", { frame: shown.index, marks: here(), facing });
+    const reply = await ask("check", { frames: { [shown.index]: here() }, frame: shown.index, facing });
     if (over || mine !== asked) return;
     advice = reply;
     showAdvice();
