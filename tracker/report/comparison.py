@@ -72,7 +72,7 @@ def compare_models(
     write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)
     said = [f"{len(given)} anchors not scored"] if given else []
     page, told = folder / REPORT, list(chapters.values())
-    write_comparison(page, job.video.name, films[0], told, scores, sheet, [*said, *notes])
+    write_comparison(page, films[0], told, scores, sheet, [*said, *notes])
     if not linked(films[0]):
         films[0].path.unlink()
     summary = {"models": {name: result.summary() for name, result in scores.items()}}

@@ -24,17 +24,16 @@ def linked(film: Playable) -> bool:
 
 def write_report(path: Path, chapter: Chapter, film: Playable) -> None:
     """Write the page of one run."""
-    _write(path, chapter.run.job.video.name, film, [chapter], warnings=chapter.warnings)
+    _write(path, film, [chapter], warnings=chapter.warnings)
 
 
 def write_comparison(
     path: Path,
-    video: str,
     film: Playable,
     chapters: Sequence[Chapter],
     scores: Mapping[str, Score],
     failure: Path,
-    notes: Sequence[str] = (),
+    notes: Sequence[str],
 ) -> None:
     """Write the page that compares several runs of one clip, all from the same start frame, with the scores
     of each chapter by name.
@@ -52,7 +51,6 @@ def write_comparison(
     ]
     _write(
         path,
-        video,
         film,
         chapters,
         {"models": errors, "lost": LOST_ERROR},
@@ -67,7 +65,6 @@ def write_comparison(
 
 def _write(
     path: Path,
-    video: str,
     film: Playable,
     chapters: Sequence[Chapter],
     errors: Mapping[str, object] | None = None,
@@ -79,7 +76,7 @@ def _write(
         path,
         PAGE,
         {"chapters": [chapter.drawn() for chapter in chapters], "errors": errors, "film": about},
-        title=video,
+        title=chapters[0].run.job.video.name,
         kind="several" if len(chapters) > 1 else "",
         chapters=chapters,
         said=lambda chapter: {"headline": headline(chapter), "unusual": unusual(chapter)},

@@ -136,5 +136,5 @@ def compared(folder):
     )
     scores = {"walk-run": SCORE, "cv": replace(SCORE, first_failure_frame=2)}
     path = folder / "report.html"
-    write_comparison(path, "walk.mp4", film, chapters, scores, sheet, ["A note."])
+    write_comparison(path, film, chapters, scores, sheet, ["A note."])
     return path
