@@ -12,8 +12,8 @@ from videos.container import VideoError
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-def fault(error: Exception) -> str | None:
-    """The error as one line for the user; None if it is a bug of the program."""
+def fault(error: Exception) -> str:
+    """The error as one line for the user; a bug of the program is raised."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give a smaller video or table"
     if isinstance(error, OSError):
@@ -23,4 +23,6 @@ def fault(error: Exception) -> str | None:
         shorter = "; choose a shorter one" if error.errno == errno.ENAMETOOLONG else ""
         return plain((f"{text}: {error.filename}" if error.filename else text) + shorter)
     expected = isinstance(error, ModelError | FolderError | VideoError | ValueError)
-    return plain(str(error)) if expected and not isinstance(error, LinAlgError) else None
+    if not expected or isinstance(error, LinAlgError):
+        raise error
+    return plain(str(error))

@@ -21,7 +21,8 @@ def test_what_the_house_says_is_told_as_it_is(kind):
     "error", [KeyError("x"), AttributeError("x"), TypeError("x"), np.linalg.LinAlgError("x")]
 )
 def test_a_mistake_of_ours_is_not_told_as_one_of_the_users(error):
-    assert fault(error) is None
+    with pytest.raises(type(error), match="x"):
+        fault(error)
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT])

@@ -121,10 +121,7 @@ class Correction(Session):
             shown = f"; open {self.folder / REPORT}" if report else "."
             self._said = f"Followed again through {frames}; {self.folder} is replaced{shown}"
         except Exception as error:
-            said = fault(error)
-            if said is None:
-                raise
-            self._said = f"Could not be followed: {said}"
+            self._said = f"Could not be followed: {fault(error)}"
         finally:
             self._follows = False
 

@@ -135,10 +135,7 @@ def run_row(row: Row, overwrite: bool) -> Ending:
             write_run(follow(job, quiet), aside, quiet, key)
         return _ending(DONE, row.out)
     except Exception as error:
-        said = fault(error)
-        if said is None:
-            raise
-        return _failed(said)
+        return _failed(fault(error))
 
 
 def job_key(job: Job) -> str:

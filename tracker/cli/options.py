@@ -124,14 +124,11 @@ def plain_errors() -> Iterator[None]:
         by_others = isinstance(error, SystemError | ImportError | RuntimeError)
         if by_others and isinstance(error.__cause__, KeyboardInterrupt):
             _fail(INTERRUPTED)
-        said = _fault(error)
-        if said is None:
-            raise
-        _fail(said)
+        _fail(_fault(error))
 
 
-def _fault(error: Exception) -> str | None:
-    """The error as one line for the user; None if it is a bug of the program."""
+def _fault(error: Exception) -> str:
+    """The error as one line for the user; a bug of the program is raised."""
     # Another library may have reported in its own words that one could not be loaded.
     unloaded = error if isinstance(error, ImportError) else error.__context__
     if any(text in str(unloaded) for text in UNLOADED):
