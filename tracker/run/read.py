@@ -17,7 +17,7 @@ from kinematics.spm import View
 from kinematics.text_file import ordinary, read_json, why
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
-from tracker.run.write import VERSION, whole_times
+from tracker.run.write import ROWS, VERSION, whole_times
 
 NEWS, OVERLAY, REPORT, FILM = "run.json", "overlay.mp4", "report.html", "film.mp4"
 RUN_FILES = (NEWS, "keypoints.csv", "pose.csv", "track.npz", "gait.json", OVERLAY)
@@ -197,7 +197,7 @@ def _fault(error: Exception) -> str:
 def read_track(folder: Path, mark: float, figure: Figure) -> Track:
     """The track of a complete run of this figure, its setting `mark` given; raises as `read_run`."""
     with _sound(folder / "track.npz") as path:
-        header, rows = _archive(path, ("times", "q", "cov", "s", "motions", "outcome", "shift"))
+        header, rows = _archive(path, ROWS)
         *origin, unit, facing = header["view"]
         return Track(
             figure=figure.with_lengths(header["lengths"]),

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from tracker.tables.table import write_table
 FORMAT = "figtrack-track"
 VERSION = 1
 KEYPOINTS = ("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy")
+ROWS = ("times", "q", "cov", "s", "motions", "outcome", "shift")  # of a track, in track.npz
 SAID = ("time_s", "state", "label", "outcome")  # further columns of the pose table
 
 
@@ -38,19 +40,9 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         "lengths": [link.length for link in track.figure.links],
         "view": [*track.view.origin, track.view.unit, track.view.facing],
     }
-    np.savez_compressed(
-        folder / "track.npz",
-        header=np.array(json.dumps(header)),
-        times=track.times,
-        q=track.q,
-        cov=track.cov,
-        s=track.s,
-        motions=np.array(track.motions),
-        outcome=np.array(track.outcome),
-        shift=track.shift,
-        joints=places,
-        joint_covs=covs,
-    )
+    rows: dict[str, Any] = {name: getattr(track, name) for name in ROWS}
+    about = np.array(json.dumps(header))
+    np.savez_compressed(folder / "track.npz", header=about, joints=places, joint_covs=covs, **rows)
 
 
 def _keypoints(track: Track, places: Array, covs: Array, times: Array) -> Iterator[tuple[object, ...]]:
