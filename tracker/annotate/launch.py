@@ -27,8 +27,8 @@ def mark(request: Request, progress: Progress) -> None:
     figure = load_figure(request.figure)
     table = Table(request.table, overwrite=request.overwrite, figure=figure)
     first, facing = request.frame, towards(request.facing)
-    shown = min(table.marks, default=0) if first is None else first
-    session = Session(request.video, table, shown, facing, request.figure)
+    marked = 0 if request.source else min(table.marks, default=0)  # what is taken opens its own frame
+    session = Session(request.video, table, marked if first is None else first, facing, request.figure)
     if request.source is not None:
         from tracker.foreign.start_marks import read_start  # slow to import
 

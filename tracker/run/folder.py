@@ -153,7 +153,7 @@ def check_folder(
 
 def check_file(path: Path, overwrite: bool, inputs: Iterable[Path | None] = ()) -> None:
     """FolderError if no file can be put there, by the rules of `fresh_file`."""
-    if path.exists() and _real(path) in [_real(each) for each in inputs if each is not None]:
+    if path.exists() and any(each is not None and each.exists() and path.samefile(each) for each in inputs):
         raise FolderError(f"{path} is what the work reads; choose another --out")
     if path.is_dir():
         raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
