@@ -66,7 +66,9 @@ class Settings(BaseModel):
     outline: bool = Field(
         True, description="whether the outline, fitted to the whole film first, is measured in every frame"
     )
-    tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
+    tempering: float = Field(
+        0.035, gt=0, le=1, description="independent share of the template points of a frame, at 30 a second"
+    )
     image_weight: float = Field(
         1.0, ge=0, le=100, description="weight of the image in the costs of hypotheses"
     )
