@@ -24,7 +24,7 @@ from tracker.registration.records import Climbs, Damping
 DAMPING = Damping(
     first=1e-3,
     heaviest=10.0,
-    small_step=2e-3,  # well under a tenth of a pixel
+    small_step=2e-3,  # leg lengths: a fifth of a pixel of a leg of a hundred
     small_gain=1e-2,
     longest=0.5,  # far beyond the range of the linearisation
 )
