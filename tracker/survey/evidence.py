@@ -30,9 +30,9 @@ CHROMAS = 50.0  # range of a and of b of clothes and skin in full light
 FEWEST = 5.0  # the same in the dark
 GREY = 6.0  # standard deviation of the chroma of grey clothes
 ALL_GREY = 0.999  # share of grey clothes in a film without colours
-DARKER = 5.0  # factor on the expected share of shadow in such a film
+DARKER = 14.0  # factor on the expected share of shadow in such a film
 DARKEST = 0.4  # least share of the light in a shadow
-TINT = 10.0  # standard deviation of the chroma in total shadow
+TINT = 10.0  # standard deviation of the chroma in total shadow, where there are colours
 NONE = 1e-30  # least share, so that its logarithm exists
 SOME = 17  # a change of light is measured on every such row
 
@@ -70,11 +70,11 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
     lab, spread, known = scene.seen(place, image.shape[1::-1])
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3]]
     light = (np.median(apart, axis=0) if len(apart) else np.zeros(3)).astype(np.float32)
-    chroma, shaded = GREY * scene.contrast, expected.shaded
-    if scene.colourless:  # clothes have no chroma either, and any darker place may be a shadow
-        chroma, shaded = float(NOISE[1]), min(DARKER * expected.shaded, 1.0)
+    chroma, shaded, tint = GREY * scene.contrast, expected.shaded, TINT
+    if scene.colourless:  # neither clothes nor shadows have a chroma, and any darker place may be a shadow
+        chroma, shaded, tint = float(NOISE[1]), min(DARKER * expected.shaded, 1.0), 0.0
     colours = _colours(scene, ALL_GREY if scene.colourless else expected.grey, chroma)
-    odds = _odds(image, lab, spread, known, light, colours, chroma, shaded)
+    odds = _odds(image, lab, spread, known, light, colours, (chroma, shaded, tint))
     return np.asarray(cv2.LUT(odds, _worth(expected.alike)), dtype=np.uint8)
 
 
@@ -108,10 +108,10 @@ def _odds(
     known: Flags,
     light: Planes,
     colours: Planes,
-    chroma: float,
-    shaded: float,
+    of_film: tuple[float, float, float],
 ) -> Image:
     h, w = known.shape
+    chroma, shaded, tinted = of_film  # chroma of grey clothes, share of shadow, chroma in total shadow
     enough = MOST + np.log(np.exp(colours[0]) + np.exp(colours[1]))
     found = np.full((h, w), NOTHING, np.uint8)
     half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(shaded)
@@ -132,7 +132,7 @@ def _odds(
                 continue
             # In a shadow chroma shrinks with the light.
             share = min(max(x0 / b0, DARKEST), 1.0)
-            tint = (TINT * (1.0 - share)) ** 2
+            tint = (tinted * (1.0 - share)) ** 2
             s1, s2 = np.sqrt(s1 * s1 + tint), np.sqrt(s2 * s2 + tint)
             off = ((x1 - share * b1) / s1) ** 2 + ((x2 - share * b2) / s2) ** 2
             off += ((x0 - share * b0) / s0) ** 2

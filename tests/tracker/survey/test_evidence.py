@@ -59,12 +59,13 @@ def written_out(image, scene, light, expected=USUAL):
     left = np.clip(x[..., :1] / b[..., :1], DARKEST, 1.0)
     off = (x - left * b)[..., 0] / spread[..., 0]
     lightness = np.exp(-0.5 * off**2) / ((1.0 - DARKEST) * b[..., 0] + 2.5 * spread[..., 0])
-    shadow = lightness * norm.pdf(x, left * b, np.hypot(spread, TINT * (1.0 - left)))[..., 1:].prod(-1)
+    tint = 0.0 if scene.colourless else TINT  # without colours no shadow has any either
+    shadow = lightness * norm.pdf(x, left * b, np.hypot(spread, tint * (1.0 - left)))[..., 1:].prod(-1)
     # Clothes have any lightness from the film's darkest to its brightest, and any chroma that shows there, or
     # about 0.
     grey, chroma, shaded = expected.grey, CHROMA * scene.contrast, expected.shaded
     if scene.colourless:
-        grey, chroma, shaded = ALL_GREY, NOISE[1], DARKER * shaded
+        grey, chroma, shaded = ALL_GREY, NOISE[1], min(DARKER * shaded, 1.0)
     shown = np.maximum(50.0 * np.minimum(image[..., 0] / DARK, scene.contrast), FEWEST)
     something = (1.0 - grey) / shown**2 + grey * norm.pdf(x[..., 1:], scale=chroma).prod(-1)
     odds = something / (FULL * scene.contrast) / (unshaded + shaded * shadow + 1e-300)
