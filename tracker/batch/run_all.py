@@ -147,7 +147,7 @@ def job_key(job: Job) -> str:
         if isinstance(value, Path) or (field.name in NAMED and Path(value).is_file()):
             film = field.name == "video" and value.exists()
             for path in files_of(value) if film else _files(Path(value)):
-                digest.update(path.name.encode() if path.parent == value else b"")
+                digest.update(os.fsencode(path.name) if path.parent == value else b"")
                 with path.open("rb") as file:
                     digest.update(hashlib.file_digest(file, "sha256").digest())
         elif field.name not in ("called", "found"):  # marks include what was found

@@ -212,7 +212,9 @@ def test_a_job_is_another_when_the_points_of_a_folder_are_of_other_frames(tmp_pa
     first.write_text("{}")
     job = Job(tmp_path / "walk.mp4", {}, measure=points)
     before = job_key(job)
-    first.rename(points / "walk_000000000002_keypoints.json")
+    second = first.rename(points / "walk_000000000002_keypoints.json")
+    assert job_key(job) != before
+    second.rename(points / os.fsdecode(b"L\xe4ufe_000000000001_keypoints.json"))  # no UTF-8
     assert job_key(job) != before
 
 
