@@ -68,7 +68,8 @@ class Video:
     in each pass, one frame in memory.
 
     path          : the file or folder, as given
-    fps           : nominal frames per second, the average but for pauses; 30 for a folder
+    played        : nominal frames in a second as it is played, the average but for pauses; 30 for a folder
+    rate, fps     : its playback speed, 1 as filmed, as given; frames in a second of what was filmed
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
@@ -86,7 +87,7 @@ class Video:
             numbered images. While iterating: an image that cannot be read, or a change of frame size.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, rate: float = 1.0) -> None:
         self.path = Path(path)
         self.cut_short: str | None = None
         self.gaps: str | None = None
@@ -96,7 +97,7 @@ class Video:
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
         if self.path.is_dir():
-            self.fps = USUAL_FPS
+            self.played = USUAL_FPS
             self.untimed = (
                 f"a folder of images has no frame rate, {USUAL_FPS:g} is taken; of one with N images a "
                 f"second track with --rate {USUAL_FPS:g}/N"
@@ -107,14 +108,15 @@ class Video:
         else:
             with opened(self.path) as container:
                 stream = video_stream(container, self.path)
-                self.fps, self.count_hint = announced(container, stream)
+                self.played, self.count_hint = announced(container, stream)
                 self.stretched = stretched(self.path, stream)
 
+        self.rate, self.fps = rate, self.played / rate
         self.width = self.height = 0  # until a frame is read
         self._repeats = Repeats()  # of the pass that gave a frame last
         self._marks: dict[int, tuple[int, int]] = {}  # by frame its tick and checksum
         self._enters = True  # whether the file may be entered at one
-        self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
+        self._times, self._fields = Growing(1.0 / self.played), 0  # of the pass that gave a frame last
         self.mended = 0
         first = next(iter(self), None)
         if first is None:
@@ -146,7 +148,7 @@ class Video:
             return None
         return (
             f"{times.uneven} of {times.count} frames of {self.path.name} come early or late for "
-            f"{self.fps:.4g} a second; motion is taken as if they were even"
+            f"{self.played:.4g} a second; motion is taken as if they were even"
         )
 
     @property
@@ -154,7 +156,7 @@ class Video:
         seen = self._repeats
         if seen.repeats <= max(REPEATED_FRAMES, REPEATED_SHARE * seen.count):
             return None
-        once = self.fps * (seen.count - seen.repeats) / seen.count
+        once = self.played * (seen.count - seen.repeats) / seen.count
         return (
             f"{seen.repeats} of {seen.count} frames of {self.path.name} repeat the one before, as if it was "
             f"filmed at {once:.3g} a second; convert it to that, or fast steps are followed less well"
@@ -228,10 +230,10 @@ class Video:
 
     def _folder_frames(self) -> Iterator[Frame]:
         for index, path in enumerate(self._images):
-            yield Frame(index, index / self.fps, self._sized(index, _read_image(path)))
+            yield Frame(index, index / self.played, self._sized(index, _read_image(path)))
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, fields, mended, damaged, times = 0, 0, 0, [], Growing(1.0 / self.fps)
+        index, fields, mended, damaged, times = 0, 0, 0, [], Growing(1.0 / self.played)
         rgb = VideoReformatter()
         for picture in self._recalled():
             if picture is None:

@@ -46,9 +46,9 @@ def asked(
         raise OptionsError("start and anchors are of marked frames; give keypoints, or leave them out")
     from tracker.clip.found import people, start_of  # slow to import
 
-    film = Video(video)
+    film = Video(video, how.rate or 1.0)
     # Errors in the options are raised before the search of the film, which takes longer.
-    find_model(how.model, film.fps, how.tuned(settings), how.rate or 1.0, figure)
+    find_model(how.model, film.fps, how.tuned(settings), figure)
     everybody = people(film, progress, how.from_ or 0, how.stop, towards(how.facing))
     # In a part, or with their facing given, people may come in another order than that of their numbers.
     otherwise = how.from_ is not None or how.stop is not None or how.facing is not None

@@ -97,7 +97,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
         start=plan.frame,
         settings=plan.tracker.settings,
         track=track,
-        fps=plan.video.fps,
+        fps=plan.video.played,
         frames=track.first + len(track),
         size=(plan.video.width, plan.video.height),
         rate=rate,
@@ -230,7 +230,7 @@ def motions_of(plan: Plan, track: Track, rate: float) -> tuple[str, ...]:
     own = tuple(track.labels[k] for k in track.s)
     if len(set(track.labels)) == 1 or not track.measured.any():
         return own
-    whole = motions_at(rate, plan.job.model, _tracked(track), plan.video.fps, track.figure)
+    whole = motions_at(plan.job.model, _tracked(track), plan.video.played / rate, track.figure)
     return tuple(
         FREE if state == FREE and not plan.seen.gait else motion
         for state, motion in zip(own, whole, strict=True)

@@ -103,9 +103,9 @@ def _as_if_sure(one: Person, video: Video) -> Plan:
     """The plan to follow a person whose legs count as named correctly."""
     start = start_from(one, "unsure")
     try:
-        plan = prepare(Following().job(video.path, start, FEW))
+        plan = prepare(Following(rate=video.rate).job(video.path, start, FEW))
     except ValueError:  # the learned model cannot be had at this frame rate
-        plan = prepare(Following(model=CONSTANT_VELOCITY).job(video.path, start, FEW))
+        plan = prepare(Following(model=CONSTANT_VELOCITY, rate=video.rate).job(video.path, start, FEW))
     return outlined(plan, replace(as_seen(one.outline, one.first, plan), wrong=0.0))
 
 

@@ -91,12 +91,12 @@ def prepare(job: Job) -> Plan:
     frame = start_frame(job)
     if job.stop is not None and job.stop < frame:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
-    video = Video(job.video)
+    video = Video(job.video, job.rate or 1.0)
     settings = job.settings
     if job.found is not None:
         settings = settings.model_copy(update={"mark": max(settings.mark, FOUND)})
     start = _start(job, video, settings)
-    slds = find_model(job.model, video.fps, settings, job.rate or 1.0, start.figure)
+    slds = find_model(job.model, video.fps, settings, start.figure)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
         settings = settings.model_copy(update={"point": max(settings.point, measured.jitter)})
@@ -133,7 +133,7 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
         start: the pose there, facing either way.
         fps: frames a second.
     """
-    tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
+    tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, start.figure), settings)
     frames = iter(images)
     first = next(frames, None)
     if first is None:  # the film is too short, which following reports

@@ -57,13 +57,13 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     return RATES[best] if fits[best] > -np.inf else 1.0
 
 
-def motions_at(rate: float, model: str, poses: Array, fps: float, figure: Figure = WALKER) -> tuple[str, ...]:
-    """The motion of each of the T frames at a playback speed; other arguments as in `playback_rate`.
+def motions_at(model: str, poses: Array, fps: float, figure: Figure = WALKER) -> tuple[str, ...]:
+    """The motion of each of the T frames, `fps` a second of what was filmed; arguments as `playback_rate`.
 
     Labels are those of `dynamics.motion.tasks.classify` by GPB2, in pieces of ENOUGH frames. A frame without
     a pose gets the motion of its neighbours; at least one frame must have a pose.
     """
-    slds = _of_tracked(switching_model(model, fps / rate, figure))
+    slds = _of_tracked(switching_model(model, fps, figure))
     rows = np.arange(len(poses))
     known = np.asarray(np.isfinite(poses).all(1))
     said = np.full(len(poses), "", dtype=object)

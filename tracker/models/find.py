@@ -27,7 +27,7 @@ SEEN_WIDER, SEEN_OWN = 1.2, 0.4
 FREE_ANGLE, FREE_PLACE = float(np.radians(3.0)), 0.02
 
 
-def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, figure: Figure = WALKER) -> SLDS:
+def find_model(name: str, fps: float, settings: Settings, figure: Figure = WALKER) -> SLDS:
     """The model of a name or file, at this frame rate, as the tracker uses it.
 
     The noise of a learned model is inflated for people it was not learned from. At second order a free state
@@ -35,7 +35,7 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
-        fps: frames a second of the clip; `rate` is its playback speed, 1 as filmed.
+        fps: frames in a second of what was filmed.
         figure: whose freedoms the model must have; a shipped model for this figure has precedence.
 
     Raises:
@@ -45,17 +45,17 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(figure.learned_freedoms, fps, settings)
     try:
-        learned = switching_model(name, fps / rate, figure)
+        learned = switching_model(name, fps, figure)
     except ValueError as error:
         raise ValueError(
-            f"{name} cannot be had at {fps / rate:g} frames a second (a clip of {fps:g}, played at {rate:g} "
-            "of its speed); give --model cv, or --rate where the clip is played faster or slower than filmed"
+            f"{name} cannot be had at {fps:g} frames a second of what was filmed; give --model cv, or --rate "
+            "where the clip is played faster or slower"
         ) from error
     found = replace(learned, Q=learned.Q * settings.inflation)
     if (surprise := settings.surprise) > 0.0 and learned.order > 1:
         crossing = 1.0 - (1.0 - surprise) ** (1.0 / often(found.fps))
         found = combine([found, _free(found)], crossing, [1.0 - surprise, surprise])
-    return replace(found, fps=fps)
+    return found
 
 
 def for_seen(learned: SLDS) -> SLDS:

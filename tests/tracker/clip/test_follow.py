@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.motion.rate import at_rate
-from dynamics.store import load_shipped
-from tests.tracker.clips import FPS, read_csv, read_json, write_images, write_video
+from tests.tracker.clips import read_csv, read_json, write_images, write_video
 from tracker.clip import follow as follow_module
 from tracker.clip import pictures as reel_module
 from tracker.clip import plan as plan_module
@@ -343,10 +341,19 @@ def test_facing_is_seen_from_the_marks_unless_told(job, facing):
     assert prepare(replace(job, marks=marks, facing=facing)).start.view.facing == (facing or 1)
 
 
-def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
-    given = prepare(replace(job, model="walk-run-1", rate=0.5))
-    halved = replace(at_rate(load_shipped("walk-run-1", 2.0 * FPS), 2.0 * FPS), fps=FPS)
-    assert_array_equal(given.slds.A[:-1], halved.A)
+@pytest.mark.parametrize("model", ["walk-run-1", "cv"])
+def test_slow_motion_is_followed_as_at_the_rate_that_it_was_filmed_at(
+    model, job, clip, tmp_path, monkeypatch
+):
+    images = replace(job, video=write_images(tmp_path / "images", clip.images), model=model)
+    slow = follow(replace(images, rate=0.25), QUIET)
+    monkeypatch.setattr("videos.frames.USUAL_FPS", 120.0)
+    real = follow(replace(images, rate=1.0), QUIET)
+    assert_array_equal(slow.track.q, real.track.q)
+    assert_array_equal(slow.track.cov, real.track.cov)
+    assert slow.track.motions == real.track.motions
+    assert (slow.fps, real.fps) == (30.0, 120.0)
+    assert_allclose(slow.track.times, 4.0 * real.track.times)
 
 
 def test_the_overlay_shows_what_was_followed(clip, ahead, tmp_path):

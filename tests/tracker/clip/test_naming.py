@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from tests.tracker.clip.filmed import QUIET, as_video
+from tests.tracker.clips import write_images
 from tests.tracker.outline.films import FRAMES, MIDDLE, UNIT, WALKER, a_walk, film
 from tracker.clip.follow import follow
 from tracker.clip.job import Following
 from tracker.clip.naming import as_the_film_names, borne_out, marks_of, start_from, sure_of_leg
 from tracker.clip.outlines import DOUBTED
+from videos.frames import Video
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,14 @@ def test_a_film_at_a_frame_rate_without_a_learned_model_is_heard_too(tmp_path):
     slow = a_walk().part(np.repeat(np.arange(FRAMES), 4))
     heard = borne_out(slow.person(4 * MIDDLE, named=0.5), as_video(slow.images, tmp_path, fps=300))
     assert heard.outline.named > 1.0
+
+
+@pytest.mark.parametrize("filmed", [15.0, 60.0])
+def test_slow_motion_is_heard_as_at_the_rate_that_it_was_filmed_at(filmed, tmp_path, monkeypatch):
+    film, one = write_images(tmp_path / "film", a_walk().images), a_walk().person(MIDDLE, named=0.5)
+    slow = borne_out(one, Video(film, rate=30.0 / filmed)).outline.named
+    monkeypatch.setattr("videos.frames.USUAL_FPS", filmed)
+    assert borne_out(one, Video(film)).outline.named == slow > 0.5
 
 
 def test_frames_without_the_person_tell_nothing(rng, tmp_path):
