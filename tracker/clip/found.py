@@ -1,6 +1,7 @@
 """People who walk through a film, and a start without marks."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
@@ -10,7 +11,7 @@ from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.occluders import forget_occluders
-from tracker.outline.others import without_others
+from tracker.outline.others import forget_others
 from tracker.outline.person import Person, person, seen_figure
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
@@ -105,7 +106,8 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
     for path in everybody:
         if those is not None and not any(one.near(path) for one in those):
             continue
-        own = without_others(stage, path, everybody)
+        own = replace(stage, odds=stage.odds.copy())
+        forget_others(own, path, everybody)
         forget_occluders(own, path)
         one = person(own, figure, path, cycles, facing, alone=len(everybody) == 1)
         if one is not None and one.spread < NOBODY:

@@ -14,7 +14,7 @@ from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.fit import Outline, fitted
 from tracker.outline.occluders import forget_occluders
-from tracker.outline.others import path_of, without_others
+from tracker.outline.others import forget_others, path_of
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
 from tracker.outline.smooth import finer
@@ -88,7 +88,7 @@ def part_around(
     began = first < begin + step or shot[0] is not None
     ended = len(stage) < (last - first) // step + 1 or last == stop
     del film  # frees its small pictures
-    stage = _alone(stage, start, before, cycles)
+    _forget_all_else(stage, start, before, cycles)
     outline = fitted(stage, start, before, cycles).finer(step)
     to_start = np.linalg.inv(stage.places[before]) @ finer(stage.places, step)
     lights = finer(stage.shares, step) / stage.shares[before]
@@ -115,13 +115,12 @@ def _seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some:
     return first + t, outline.start(figure, facing, t)
 
 
-def _alone(stage: Stage, start: Start, frame: int, cycles: Cycles) -> Stage:
-    """The film with the places of other people, and of what is in front of the figure, set to unknown."""
+def _forget_all_else(stage: Stage, start: Start, frame: int, cycles: Cycles) -> None:
+    """Set the places of other people, and of what is in front of the figure, to unknown."""
     hip, unit = np.asarray(start.view.origin), start.view.unit
     everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, unit))
     own = path_of(stage, hip, unit, frame, everybody)
     if own is None:
-        return stage
-    alone = without_others(stage, own, everybody)
-    forget_occluders(alone, own)
-    return alone
+        return
+    forget_others(stage, own, everybody)
+    forget_occluders(stage, own)

@@ -1,6 +1,4 @@
-"""A film with the places of other people set to unknown, so that a figure is not fitted to them."""
-
-from dataclasses import replace
+"""The places of other people set to unknown, so that a figure is not fitted to them."""
 
 import numpy as np
 
@@ -35,24 +33,23 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
     return min(ranked, key=lambda each: each[0])[1] if ranked else None
 
 
-def without_others(stage: Stage, own: Path, everybody: list[Path]) -> Stage:
-    """The film with the places of other people set to unknown.
+def forget_others(stage: Stage, own: Path, everybody: list[Path]) -> None:
+    """Set the places of other people to unknown; changes the stage's log odds.
 
     Args:
         own: path of the person who stays.
         everybody: the paths of all people; outside the frames of `own`, bodies within a leg length of its
             prolongation stay too.
     """
-    odds, down = stage.odds.copy(), np.linalg.inv(stage.up)
-    columns, place = np.arange(odds.shape[2]), _prolonged(stage, own)
+    down, place = np.linalg.inv(stage.up), _prolonged(stage, own)
+    columns = np.arange(stage.odds.shape[2])
     usual = float(np.median(own.units))
     for other in everybody:
         for t in range(other.first, other.last + 1) if other is not own else ():
             hip, unit = other.hips[t - other.first, 0], max(usual, other.units[t - other.first])
             if own.first <= t <= own.last or abs(place[t, 0] - hip) > unit:
                 about = np.abs(columns - (down[0, 0] * hip + down[0, 2])) < 0.5 * BROAD * down[0, 0] * unit
-                odds[t][:, about] = NOTHING
-    return replace(stage, odds=odds)
+                stage.odds[t][:, about] = NOTHING
 
 
 def _prolonged(stage: Stage, path: Path) -> Array:

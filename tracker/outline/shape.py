@@ -136,4 +136,6 @@ class Shape:
 
 def arms_worth(odds: Planes) -> Planes:
     """The log odds of places where arms may be, of which arms cover a share ARM_SHARE."""
-    return np.asarray(np.log1p(np.float32(ARM_SHARE) * np.expm1(odds)), dtype=np.float32)
+    worth = np.expm1(odds)  # of a whole film, so no copies of it are made
+    worth *= ARM_SHARE
+    return np.log1p(worth, out=worth)

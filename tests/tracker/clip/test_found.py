@@ -258,7 +258,7 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(hint, walk, 
     monkeypatch.setattr(found_module, "WINDOW", 16)
     monkeypatch.setattr(found_module, "paths", paths)
     monkeypatch.setattr(found_module, "joined", lambda _, paths: paths)
-    monkeypatch.setattr(found_module, "without_others", lambda stage, *_: stage)
+    monkeypatch.setattr(found_module, "forget_others", lambda *_: None)
     monkeypatch.setattr(found_module, "forget_occluders", lambda *_: None)
     monkeypatch.setattr(found_module, "person", lambda *_, **__: walk.person(frame=5))
     (one,) = people(video, QUIET)
