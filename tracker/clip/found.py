@@ -117,7 +117,11 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
 
 def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Person]:
     """The people, without those that are only limbs of a person who moves on the spot; and without that
-    person where the camera may go along, for then half of the person counts as the scene."""
+    person where the camera may go along, for then half of the person counts as the scene.
+
+    Beside people who go through the film, nobody who stays at one place counts: what looks so is mostly where
+    somebody stood, or moving light.
+    """
     told = film.survey.sure.mean() > MOSTLY
 
     def on_the_spot(one: Person) -> bool:
@@ -126,7 +130,8 @@ def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Perso
             return False
         return place.larger(one.outline.units) or not (told or goes)
 
-    return [one for one in seen if not on_the_spot(one)]
+    walking = [one for one in seen if not on_the_spot(one)]
+    return [one for one in walking if one.direction != 0 and told] or walking
 
 
 def _clear(one: Person) -> bool:

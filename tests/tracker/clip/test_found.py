@@ -230,6 +230,20 @@ def test_limbs_of_who_moves_on_the_spot_are_nobody(walk, video, monkeypatch):
     assert len(left(stays, large)) == 1
 
 
+def test_beside_who_goes_through_the_film_nobody_counts_who_stays(walk, video, monkeypatch):
+    goes, stays = walk.person(), walk.person(direction=0)
+    stays = replace(stays, outline=replace(stays.outline, hips=stays.outline.hips + 3.0 * UNIT))
+
+    def left(*seen):
+        monkeypatch.setattr(found_module, "_before", lambda *_: list(seen))
+        return [one.direction for one in people(video, QUIET, stop=FEWEST)]
+
+    assert left(stays, goes) == [1]
+    assert left(stays) == [0]
+    monkeypatch.setattr(found_module, "MOSTLY", 1.0)  # where a camera may go along, either may be the walker
+    assert left(stays, goes) == [0, 1]
+
+
 def test_of_several_scenes_the_first_is_searched_in_which_anybody_walks(walk, tmp_path, capsys):
     empty = 255 - np.repeat(film(np.random.default_rng(3), frames=1, walker=False).images, 25, axis=0)
     (one,) = people(as_video(np.concatenate([empty, walk.images, empty]), tmp_path), Progress("json"))
