@@ -117,36 +117,25 @@ class Camera:
         if self.box is not None:
             x0, y0, x1, y1 = (max(int(side / _up(self.image)[0, 0]), 0) for side in self.box)
             beside[y0 : y1 + 1, x0 : x1 + 1] = 0
-        corners = sharpest(sharpness(grey, WINDOW // 2) * (beside > 0), CELL, CONTRAST)
+        corners = sharpest(sharpness(grey) * (beside > 0))
         return Key(grey, beside, corners[:, None], self.small)
 
 
-def sharpness(image: Image, block: int) -> Planes:
-    """(h, w) squared gradient along each pixel's weaker direction, grey levels a pixel.
-
-    Args:
-        image: (h, w) grey levels.
-        block: side of the square around a pixel over which it is averaged.
-    """
+def sharpness(grey: Image) -> Planes:
+    """(h, w) squared gradient along the weaker direction, averaged around each pixel, grey levels a pixel."""
     # OpenCV's derivative is twice the gradient.
-    return np.asarray(cv2.cornerMinEigenVal(image.astype(np.float32), block) / 4.0, dtype=np.float32)
+    return np.asarray(cv2.cornerMinEigenVal(grey.astype(np.float32), WINDOW // 2) / 4.0, dtype=np.float32)
 
 
-def sharpest(sharp: Planes, cell: int, contrast: float) -> Planes:
-    """(P, 2) pixels of the sharpest corner in every cell of a grid that has one.
-
-    Args:
-        sharp: as `sharpness`.
-        cell: side of a cell.
-        contrast: least gradient of a corner, root mean square.
-    """
-    rows, columns = (n // cell for n in sharp.shape)
-    grid = sharp[: rows * cell, : columns * cell].reshape(rows, cell, columns, cell)
-    cells = grid.swapaxes(1, 2).reshape(rows * columns, cell * cell)
+def sharpest(sharp: Planes) -> Planes:
+    """(P, 2) pixels of the sharpest corner in every cell that has one, by the sharpness (h, w)."""
+    rows, columns = (n // CELL for n in sharp.shape)
+    grid = sharp[: rows * CELL, : columns * CELL].reshape(rows, CELL, columns, CELL)
+    cells = grid.swapaxes(1, 2).reshape(rows * columns, CELL**2)
     best = cells.argmax(1)
     row, column = np.divmod(np.arange(len(cells)), columns)
-    corners = np.stack([column * cell + best % cell, row * cell + best // cell], axis=1)
-    return np.asarray(corners[cells.max(1) > contrast**2], dtype=np.float32)
+    corners = np.stack([column * CELL + best % CELL, row * CELL + best // CELL], axis=1)
+    return np.asarray(corners[cells.max(1) > CONTRAST**2], dtype=np.float32)
 
 
 def _size(image: Image) -> tuple[int, int]:
