@@ -18,13 +18,10 @@ import numpy as np
 from dynamics.gaussian import Array, Gaussian, Ints, apply
 from kinematics.figure import Figure
 from kinematics.spm import View, joint_jacobian, joints
-from tracker.registration.chain_rule import Search, Tail, settled
+from tracker.registration.chain_rule import FREEDOM, settled
 from tracker.registration.field import Likelihood
 from tracker.settings import Settings
 
-FREEDOM = 4.0
-# The longest step is far beyond the range of the linearisation.
-SEARCH = Search(steps=20, small=1e-4, longest=0.5)
 PULLS = 0.1  # share of the full weight, six standard deviations off, below which a point does not count
 FARTHEST = 0.5  # prior spread of each freedom in a step to the points, leg lengths, radians or log units
 EXCHANGED = 1  # among `Detections.ways`
@@ -90,8 +87,8 @@ class Detector:
         """
         doubted = replace(self, doubt=found.doubt)
         joint, place = found.ways(self.figure), self.view.to_body(found.pixels)
-        tail = Tail(FREEDOM, doubted._spread)
-        q, information, gradient, away = settled(self.figure.layout, priors, joint, place, tail, SEARCH)
+        layout, spread = self.figure.layout, doubted._spread
+        q, information, gradient, away = settled(layout, priors, joint, place, spread)
         cost = doubted._cost(away) + self._prices[:, None]
         return Likelihood(q, information, apply(information, q) - gradient, cost)
 

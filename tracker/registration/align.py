@@ -19,15 +19,8 @@ from tracker.registration.chain_rule import descend
 from tracker.registration.field import Field, Registration
 from tracker.registration.modes import mode_of
 from tracker.registration.objective import Fit, Objective
-from tracker.registration.records import Climbs, Damping
+from tracker.registration.records import Climbs
 
-DAMPING = Damping(
-    first=1e-3,
-    heaviest=10.0,
-    small_step=2e-3,  # leg lengths: a fifth of a pixel of a leg of a hundred
-    small_gain=1e-2,
-    longest=0.5,  # far beyond the range of the linearisation
-)
 STEP = 0.1  # grid of the search for the root, leg lengths; within the reach of the coarsest blur
 SPREADS = 2.0  # its range either way, standard deviations of the root
 FARTHEST = np.array([1.5, 0.3])  # its largest range along and up, leg lengths
@@ -95,10 +88,10 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
 def _climb(objective: Objective, q: Array, lean: tuple[Array, Array]) -> Fit:
     """Levenberg-Marquardt at one blur, all poses (H, D) together; `lean` holds the priors' means and
     precisions."""
-    fit, climbs = objective.begin(np.repeat(q, 2, axis=0)), Climbs.begin(len(q), DAMPING)
+    fit, climbs = objective.begin(np.repeat(q, 2, axis=0)), Climbs.begin(len(q))
     for _ in range(objective.field.settings.iterations + 1):
         objective.lay(fit, (climbs.own ^ 1)[climbs.on])
-        descend(objective.layout, fit.links, objective.weights, lean, climbs, DAMPING)
+        descend(objective.layout, fit.links, objective.weights, lean, climbs)
         if not climbs.on.any():
             break
     return fit[climbs.own]

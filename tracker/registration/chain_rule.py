@@ -9,7 +9,7 @@ of weight f residual over the points measured on it,
 The searches that use them are compiled as well: Levenberg-Marquardt for templates, Gauss-Newton for points.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,32 +17,24 @@ from dynamics.gaussian import Array, Gaussian, Ints
 from kinematics.figure import Layout
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled, part
-from tracker.registration.records import Climbs, Damping, Laying, Weights
+from tracker.registration.records import Climbs, Laying, Weights
 
 Parts = tuple[Any, ...]  # plain tuples as arguments, and no results, as in `tracker.registration.kernel`
 
 LEAST = 1e-9  # added to the diagonal of a system
+LONGEST = 0.5  # step in leg lengths, radians or log units, far beyond the range of the linearisation
+# Of Levenberg-Marquardt:
 LIGHTER = 0.3  # factor on the damping after a step that lowered the cost
 HEAVIER, LEAST_HEAVY = 10.0, 1e-2  # factor after a step that did not, and the least damping then
+HEAVIEST = 10.0  # damping beyond which a climb ends
+SMALL_GAIN = 1e-2  # of a step that ends it, nats
+SMALL_STEP = 2e-3  # that ends it, leg lengths: a fifth of a pixel of a leg of a hundred
+# Of the search for points:
+FREEDOM = 4.0  # degrees of freedom of the Student t of their errors
+STEPS, SMALL = 20, 1e-4  # largest number of steps, and the size of one that ends the search
 
 COMPILED = compiled(error_model="numpy")
 PART = part(error_model="numpy")
-
-
-class Tail(NamedTuple):
-    """The Student t of the points' errors: its degrees of freedom, and its scale in leg lengths."""
-
-    freedom: float
-    spread: float
-
-
-class Search(NamedTuple):
-    """Largest number of steps; the step size that ends a search, and the longest step: radians, leg lengths
-    or log units."""
-
-    steps: int
-    small: float
-    longest: float
 
 
 def laid_out(tree: Layout, q: Array) -> Skeleton:
@@ -62,20 +54,18 @@ def weighed(tree: Layout, fit: Laying, weights: Weights) -> tuple[Array, Array, 
     return found
 
 
-def descend(
-    tree: Layout, fit: Laying, weights: Weights, priors: tuple[Array, Array], climbs: Climbs, damping: Damping
-) -> None:
+def descend(tree: Layout, fit: Laying, weights: Weights, priors: tuple[Array, Array], climbs: Climbs) -> None:
     """Accept the tried poses that are better, and place the links for the poses to try next.
 
     Args:
         fit: has 2 H rows, see `Climbs`.
         priors: means (H, D) and precisions (H, D, D) that the climbs include.
     """
-    _descend(tuple(tree), fit, tuple(weights), priors, tuple(climbs), tuple(damping))
+    _descend(tuple(tree), fit, tuple(weights), priors, tuple(climbs))
 
 
 def settled(
-    tree: Layout, priors: Gaussian, joint: Ints, place: Array, tail: Tail, search: Search
+    tree: Layout, priors: Gaussian, joint: Ints, place: Array, spread: float
 ) -> tuple[Array, Array, Array, Array]:
     """Search from each of H priors' means for a mode of its posterior given points, for each of W namings.
 
@@ -86,6 +76,7 @@ def settled(
         priors: mean (H, D), cov (H, D, D).
         joint: (W, J) the joint of each point under each naming: 0 the base, i + 1 the tip of link i.
         place: (J, 2) body coordinates.
+        spread: scale of the points' errors, leg lengths.
 
     Returns:
         The modes (W, H, D); there the information (W, H, D, D) of the points' likelihood, the gradient (W, H,
@@ -95,12 +86,12 @@ def settled(
     q = np.repeat(priors.mean[None], W, axis=0)
     found = q, np.empty((W, H, D, D)), np.empty((W, H, D)), np.empty((W, H, J, 2))
     about = np.ascontiguousarray(priors.mean), np.ascontiguousarray(np.linalg.inv(priors.cov))
-    _settle(tuple(tree), about, (joint, place), tuple(tail), tuple(search), found)
+    _settle(tuple(tree), about, (joint, place), spread, found)
     return found
 
 
 @PART
-def _solve(systems: Parts, longest: float, steps: Array) -> None:
+def _solve(systems: Parts, steps: Array) -> None:
     """Solve damped systems by Cholesky factors; writes into `steps`."""
     information, slope, damping = systems
     H, D = slope.shape
@@ -124,7 +115,7 @@ def _solve(systems: Parts, longest: float, steps: Array) -> None:
             for k in range(i + 1, D):
                 x[i] -= root[k, i] * x[k]
             x[i] /= root[i, i]
-        share = longest / max(_most(x), longest)
+        share = LONGEST / max(_most(x), LONGEST)
         for i in range(D):
             x[i] *= share
 
@@ -179,14 +170,11 @@ def _lower(of_tree: Parts, fit: Parts, row: int, weights: Parts, prior: Parts, f
 
 
 @COMPILED
-def _descend(
-    of_tree: Parts, fit: Parts, weights: Parts, priors: Parts, climbs: Parts, of_damping: Parts
-) -> None:
+def _descend(of_tree: Parts, fit: Parts, weights: Parts, priors: Parts, climbs: Parts) -> None:
     """One round of Levenberg-Marquardt for each unfinished climb."""
     q, start, direction, length, size = fit[:5]
     mean, precision = priors
     own, on, cost, damping = climbs
-    _, heaviest, small_step, small_gain, longest = of_damping
     H, D = mean.shape
     slope, step, damped = np.empty((1, D)), np.empty((1, D)), np.empty(1)
     bent, there = np.empty((1, D, D)), np.empty(1)
@@ -200,16 +188,16 @@ def _descend(
             for k in range(D):
                 step[0, k] = q[row, k] - q[own[h], k]
             moved = _most(step[0])
-            on[h] = first or (gain >= small_gain and moved >= small_step)
+            on[h] = first or (gain >= SMALL_GAIN and moved >= SMALL_STEP)
             damping[h] *= 1.0 if first else LIGHTER
             own[h], cost[h] = row, there[0]
         else:
             damping[h] = max(HEAVIER * damping[h], LEAST_HEAVY)
-            on[h] = damping[h] <= heaviest
+            on[h] = damping[h] <= HEAVIEST
             _lower(of_tree, fit, own[h], weights, (mean[h], precision[h]), (there, bent, slope))
         if on[h]:
             row, damped[0] = own[h] ^ 1, damping[h]
-            _solve((bent, slope, damped), longest, step)
+            _solve((bent, slope, damped), step)
             for k in range(D):
                 q[row, k] = q[own[h], k] + step[0, k]
             one = slice(row, row + 1)
@@ -217,11 +205,10 @@ def _descend(
 
 
 @COMPILED
-def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: Parts, found: Parts) -> None:
+def _settle(of_tree: Parts, priors: Parts, points: Parts, spread: float, found: Parts) -> None:
     """Gauss-Newton steps for every naming and prior in turn."""
     mean, precision = priors
     joint, place = points
-    steps, small, longest = search
     q, information, gradient, away = found
     H, D = mean.shape
     bent, slope, step, undamped = np.empty((1, D, D)), np.empty((1, D)), np.empty((1, D)), np.zeros(1)
@@ -229,26 +216,25 @@ def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: P
         for h in range(H):
             pose, own = q[w, h : h + 1], (joint[w : w + 1], place)
             there = information[w, h : h + 1], gradient[w, h : h + 1], away[w, h : h + 1]
-            for _ in range(steps):
-                _linearise(of_tree, pose, own, tail, there)
+            for _ in range(STEPS):
+                _linearise(of_tree, pose, own, spread, there)
                 for a in range(D):
                     slope[0, a] = gradient[w, h, a]
                     for b in range(D):
                         slope[0, a] += precision[h, a, b] * (pose[0, b] - mean[h, b])
                         bent[0, a, b] = information[w, h, a, b] + precision[h, a, b]
-                _solve((bent, slope, undamped), longest, step)
+                _solve((bent, slope, undamped), step)
                 for a in range(D):
                     pose[0, a] += step[0, a]
-                if _most(step[0]) < small:
+                if _most(step[0]) < SMALL:
                     break
-            _linearise(of_tree, pose, own, tail, there)
+            _linearise(of_tree, pose, own, spread, there)
 
 
 @PART
-def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Parts) -> None:
+def _linearise(of_tree: Parts, q: Array, points: Parts, spread: float, found: Parts) -> None:
     """Write information, gradient and distances of the points at one pose (1, D) into `found`."""
     joint, place = points
-    freedom, spread = tail
     information, gradient, away = found
     L = len(Layout(*of_tree).rest)
     start, direction, length, size = np.empty((1, L, 2)), np.empty((1, L, 2)), np.empty((1, L)), np.empty(1)
@@ -263,7 +249,7 @@ def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Part
         x, y = start[0, i, 0] + u * dx - place[k, 0], start[0, i, 1] + u * dy - place[k, 1]
         away[0, k, 0], away[0, k, 1] = x, y
         squares = (x**2 + y**2) / spread**2
-        w = (freedom + 2.0) / (freedom + squares) / spread**2
+        w = (FREEDOM + 2.0) / (FREEDOM + squares) / spread**2
         along, across = x * dx + y * dy, y * dx - x * dy
         for r in range(5):
             pull[0, i, r] += w * (f[0, r] * along + f[1, r] * across)

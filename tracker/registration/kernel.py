@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from dynamics.gaussian import Array, Flags, Ints
+from kinematics.figure import Layout
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled, part
-from tracker.registration.records import Laid, Noise, Picture, Points, Row, Shape, Single
+from tracker.registration.records import Laid, Noise, Picture, Points, Row, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
 WAYS = 5  # motions of a link as a whole
@@ -45,12 +46,12 @@ def room(links: tuple[int, ...], P: int) -> Laid:
 
 
 def lay(
-    picture: Picture, bones: Skeleton, points: Points, shape: Shape, noise: Noise, rows: Ints, laid: Laid
+    picture: Picture, bones: Skeleton, points: Points, tree: Layout, noise: Noise, rows: Ints, laid: Laid
 ) -> None:
     """Compare the templates with one level at some of H poses, and fill these rows of `laid`."""
     # Plain tuples as arguments and no results: for named tuples and returned arrays compiled code calls
     # Python, where an interrupt crashes it.
-    _fill(tuple(picture), tuple(bones), tuple(points), tuple(shape), tuple(noise), rows, tuple(laid))
+    _fill(tuple(picture), tuple(bones), tuple(points), tuple(tree), tuple(noise), rows, tuple(laid))
 
 
 @COMPILED
@@ -58,13 +59,13 @@ def _fill(
     of_picture: tuple[Any, ...],
     bones: tuple[Any, ...],
     of_points: tuple[Any, ...],
-    of_shape: tuple[Any, ...],
+    of_tree: tuple[Any, ...],
     of_noise: tuple[Any, ...],
     rows: Ints,
     of_laid: tuple[Any, ...],
 ) -> None:
     start, direction, length, size = bones
-    picture, points, shape = Picture(*of_picture), Points(*of_points), Shape(*of_shape)
+    picture, points, tree = Picture(*of_picture), Points(*of_points), Layout(*of_tree)
     noise, laid = Noise(*of_noise), Laid(*of_laid)
     L = length.shape[1]
     within, most = 0.0, points.first[L] - points.first[L - 1]
@@ -78,7 +79,7 @@ def _fill(
         total, count, clear = 0.0, 0.0, 0.0
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
-            n = _look(picture, pose, points, shape, noise, i, row, laid.inside[h])
+            n = _look(picture, pose, points, tree, noise, i, row, laid.inside[h])
             if noise.layered and n >= noise.fewest:
                 for c in range(3):
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
@@ -141,7 +142,7 @@ def _look(
     picture: Picture,
     pose: Pose,
     points: Points,
-    shape: Shape,
+    tree: Layout,
     noise: Noise,
     link: int,
     row: Row,
@@ -158,7 +159,7 @@ def _look(
     xv, yv = np.float32(-0.5 * ax * dy), np.float32(0.5 * ay * dx)
     first, end = points.first[link], points.first[link + 1]
     nearer = np.empty(len(length), np.intp)
-    number = _may_hide(pose, points, shape, link, noise.margin, nearer) if noise.layered else 0
+    number = _may_hide(pose, points, tree, link, noise.margin, nearer) if noise.layered else 0
     n = 0
     for p in range(first, end):
         u, v = points.along[p] * long, size * points.across[p]
@@ -169,7 +170,7 @@ def _look(
         inside[p] = 0 <= x <= columns - 1 and 0 <= y <= rows - 1
         if not inside[p] or not points.known[p]:
             continue
-        if _hidden(body_x, body_y, pose, shape, nearer[:number], noise.margin):
+        if _hidden(body_x, body_y, pose, tree, nearer[:number], noise.margin):
             continue
         w = points.weight[p]
         row.around[n], row.differs[n], row.clear[n] = np.inf, picture.unknown, 0.0
@@ -203,7 +204,7 @@ def _look(
 
 
 @PART
-def _may_hide(pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: Ints) -> int:
+def _may_hide(pose: Pose, points: Points, tree: Layout, link: int, margin: float, found: Ints) -> int:
     """Write the nearer links that reach into a circle around a link's points into `found`; returns how
     many."""
     start, direction, length, size = pose
@@ -217,12 +218,12 @@ def _may_hide(pose: Pose, points: Points, shape: Shape, link: int, margin: float
     y = start[link, 1] + middle * direction[link, 1]
     n = 0
     for j in range(len(length)):
-        if shape.layer[j] > shape.layer[link]:
+        if tree.layer[j] > tree.layer[link]:
             away_x, away_y = x - start[j, 0], y - start[j, 1]
             along = away_x * direction[j, 0] + away_y * direction[j, 1]
             across = away_y * direction[j, 0] - away_x * direction[j, 1]
             near = radius + margin
-            half = 0.5 * size * shape.width[j] * max(1.0, shape.taper[j])
+            half = 0.5 * size * tree.width[j] * max(1.0, tree.taper[j])
             if -near < along < length[j] + near and abs(across) < half + near:
                 found[n] = j
                 n += 1
@@ -230,7 +231,7 @@ def _may_hide(pose: Pose, points: Points, shape: Shape, link: int, margin: float
 
 
 @PART
-def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: Ints, margin: float) -> bool:
+def _hidden(x: float, y: float, pose: Pose, tree: Layout, nearer: Ints, margin: float) -> bool:
     """Whether one of these nearer links covers a point in body coordinates."""
     start, direction, length, size = pose
     for j in nearer:
@@ -238,8 +239,8 @@ def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: Ints, margin: 
         along = away_x * direction[j, 0] + away_y * direction[j, 1]
         if -margin < along < length[j] + margin:
             across = away_y * direction[j, 0] - away_x * direction[j, 1]
-            taper = 1.0 + (shape.taper[j] - 1.0) * min(max(along / length[j], 0.0), 1.0)
-            if abs(across) < 0.5 * size * shape.width[j] * taper + margin:
+            taper = 1.0 + (tree.taper[j] - 1.0) * min(max(along / length[j], 0.0), 1.0)
+            if abs(across) < 0.5 * size * tree.width[j] * taper + margin:
                 return True
     return False
 

@@ -32,7 +32,7 @@ from tracker.registration.chain_rule import laid_out, weighed
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay, room
 from tracker.registration.modes import mode_of
-from tracker.registration.records import Laid, Laying, Noise, Picture, Points, Shape, Weights
+from tracker.registration.records import Laid, Laying, Noise, Picture, Points, Weights
 from tracker.registration.templates import hiding
 
 FEWEST = 6  # least number of a link's points from which a brightness offset is computed
@@ -63,7 +63,6 @@ class Objective:
     def __init__(self, field: Field, number: int) -> None:
         figure, settings, mode = field.figure, field.settings, mode_of(field.settings)
         self.field, self.layout = field, figure.layout
-        self.shape = Shape(self.layout.layer, self.layout.width, self.layout.taper)
         self.picture = _picture(field, number)
         self.points = _points(field, number, mode.coarse)
         self.noise = Noise(
@@ -94,7 +93,7 @@ class Objective:
 
     def lay(self, fit: Fit, rows: Ints) -> None:
         """Compare the templates with the level at some of the poses."""
-        lay(self.picture, fit.bones, self.points, self.shape, self.noise, rows, fit.laid)
+        lay(self.picture, fit.bones, self.points, self.layout, self.noise, rows, fit.laid)
 
     def linearised(self, fit: Fit) -> tuple[Array, Array, Array]:
         """E (H,) of each pose, nats; its Gauss-Newton matrix (H, D, D) and derivative (H, D) by the pose."""

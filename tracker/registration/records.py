@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Flags, Ints
 
 Single = NDArray[np.float32]
+FIRST = 1e-3  # damping at the beginning of a climb
 
 # For H poses: q (H, D); their links' start, direction, length and size; moments, pull and cost of `Laid`.
 Laying = tuple[Array, Array, Array, Array, Array, Array, Array, Array]
@@ -26,14 +27,6 @@ class Points(NamedTuple):
     colours: Single
     known: Flags
     light: Array
-
-
-class Shape(NamedTuple):
-    """The links' parameters for hiding one another: layer, width and taper (L,)."""
-
-    layer: Ints
-    width: Array
-    taper: Array
 
 
 class Picture(NamedTuple):
@@ -142,17 +135,6 @@ class Weights(NamedTuple):
     stiffness: float
 
 
-class Damping(NamedTuple):
-    """Parameters of Levenberg-Marquardt: initial and largest damping; step size (radians or leg lengths) and
-    gain (nats) that end a climb; the longest step."""
-
-    first: float
-    heaviest: float
-    small_step: float
-    small_gain: float
-    longest: float
-
-
 class Climbs(NamedTuple):
     """H climbs in parallel, each with two rows of the fit: 2 h and 2 h + 1.
 
@@ -168,7 +150,7 @@ class Climbs(NamedTuple):
     damping: Array
 
     @classmethod
-    def begin(cls, H: int, damping: Damping) -> Self:
+    def begin(cls, H: int) -> Self:
         """Climbs without a best pose yet, whose even rows are tried first."""
         odd = 2 * np.arange(H) + 1
-        return cls(odd, np.ones(H, bool), np.full(H, np.inf), np.full(H, damping.first))
+        return cls(odd, np.ones(H, bool), np.full(H, np.inf), np.full(H, FIRST))

@@ -7,7 +7,7 @@ from scipy.ndimage import map_coordinates
 
 from kinematics.spm import View, covering, skeleton, surface
 from tracker.registration.kernel import lay, room
-from tracker.registration.records import Laid, Noise, Picture, Points, Shape
+from tracker.registration.records import Laid, Noise, Picture, Points
 
 WIDTH, HEIGHT = 120, 110
 VIEW = View(origin=(58.0, 52.0), unit=42.0, facing=1)
@@ -65,12 +65,11 @@ def noise_scenery(rng):
 
 def laid(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
     """The kernel at poses q (H, D)."""
-    layout, (x, y), (axis_x, axis_y) = figure.layout, view.origin, view.axes
-    shape = Shape(layout.layer, layout.width, layout.taper)
+    (x, y), (axis_x, axis_y) = view.origin, view.axes
     picture = behind._replace(planes=planes, origin_x=x, origin_y=y, axis_x=axis_x, axis_y=axis_y)
     bones = skeleton(figure, q)
     found = room(bones.length.shape, len(points.along))
-    lay(picture, bones, points, shape, noise, np.arange(len(q)), found)
+    lay(picture, bones, points, figure.layout, noise, np.arange(len(q)), found)
     return found
 
 

@@ -22,9 +22,11 @@ from tests.tracker.registration.planted import (
     shown,
 )
 from tracker.picture.backdrop import UNKNOWN
-from tracker.registration.align import DAMPING, align, scan
+from tracker.registration.align import align, scan
+from tracker.registration.chain_rule import LONGEST
 from tracker.registration.field import Field
 from tracker.registration.modes import COARSE, LIMIT_GIVE
+from tracker.registration.records import FIRST
 from tracker.registration.templates import cut
 
 NOISE = 2.0  # of the pictures, grey levels
@@ -159,8 +161,8 @@ def test_the_first_step_is_the_damped_gauss_newton_step(rng):
     held = settled(templates, levels, Gaussian(STRIDE, 1e-14 * WEAK), settings)
     gradient = held.information @ held.q - held.vector
     H = held.information + np.linalg.inv(WEAK)  # the prior has no slope at its own mean
-    step = -np.linalg.solve(H + DAMPING.first * np.diag(np.diag(H)), gradient)
-    assert 0.02 < np.abs(step).max() < DAMPING.longest
+    step = -np.linalg.solve(H + FIRST * np.diag(np.diag(H)), gradient)
+    assert 0.02 < np.abs(step).max() < LONGEST
     found = settled(templates, levels, Gaussian(STRIDE, WEAK), settings)
     assert_allclose(found.q - STRIDE, step, atol=1e-6)  # held to within 1e-7
 

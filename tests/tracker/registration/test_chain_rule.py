@@ -7,8 +7,8 @@ from numpy.testing import assert_allclose
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joint_jacobian, joints, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import Search, Tail, descend, laid_out, settled, weighed
-from tracker.registration.records import Climbs, Damping, Weights
+from tracker.registration.chain_rule import FREEDOM, HEAVIEST, LONGEST, descend, laid_out, settled, weighed
+from tracker.registration.records import FIRST, Climbs, Weights
 
 
 @pytest.fixture(params=[WALKER, HORSE], ids=lambda figure: figure.name)
@@ -65,32 +65,28 @@ def test_a_limit_pulls_what_is_beyond_it_back_as_a_spring_does(figure, poses, rn
 def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, poses, rng):
     joint = rng.integers(0, 1 + len(figure.links), (3, 6))
     joint[:, 0], joint[:, 1] = 0, joint[:, 2]  # the base, and one joint twice
-    places, tail = rng.normal(size=(6, 2)), Tail(freedom=3.0, spread=0.4)
-    priors = Gaussian(poses, np.repeat(np.eye(poses.shape[1])[None], len(poses), axis=0))
-    modes, information, gradient, apart = settled(
-        figure.layout, priors, joint, places, tail, Search(0, 1e-4, 0.5)
-    )
+    places = rng.normal(size=(6, 2))
+    held = 1e-18 * np.eye(poses.shape[1])  # no step leads away from a prior so sure
+    priors = Gaussian(poses, np.repeat(held[None], len(poses), axis=0))
+    modes, information, gradient, apart = settled(figure.layout, priors, joint, places, 0.4)
     for w, names in enumerate(joint):
         for h, q in enumerate(poses):
             away = joints(figure, q)[names] - places
-            weight = 5.0 / (3.0 + (away**2).sum(1) / 0.16) / 0.16
+            weight = (FREEDOM + 2.0) / (FREEDOM + (away**2).sum(1) / 0.16) / 0.16
             J = joint_jacobian(figure, q)[names]
-            assert_allclose(modes[w, h], q, rtol=0.0)
+            assert_allclose(modes[w, h], q, rtol=0.0, atol=1e-12)
             assert_allclose(apart[w, h], away, rtol=1e-9, atol=1e-12)
             assert_allclose(information[w, h], np.einsum("jcd,j,jce->de", J, weight, J), rtol=1e-9, atol=1e-9)
             assert_allclose(gradient[w, h], np.einsum("jcd,j,jc->d", J, weight, away), rtol=1e-9, atol=1e-9)
 
 
-SEARCH = Damping(first=0.1, heaviest=10.0, small_step=1e-3, small_gain=1e-2, longest=100.0)
-
-
-def climbing(figure, poses, rng, damping=SEARCH):
+def climbing(figure, poses, rng, sure=1e4):
     """Two rows for each pose, the first of which is tried, weights and priors, and climbs."""
     D = poses.shape[1]
     root = rng.normal(size=(len(poses), 2 * D, D))
-    priors = poses + 0.1 * rng.normal(size=poses.shape), np.swapaxes(root, -1, -2) @ root
+    priors = poses + 0.1 * rng.normal(size=poses.shape), sure * np.swapaxes(root, -1, -2) @ root
     fit = laying(figure, np.repeat(poses, 2, axis=0), rng)
-    return fit, free(D), priors, Climbs.begin(len(poses), damping)
+    return fit, free(D), priors, Climbs.begin(len(poses))
 
 
 def lowered(figure, fit, weights, priors, rows):
@@ -104,8 +100,8 @@ def lowered(figure, fit, weights, priors, rows):
 def test_what_is_tried_next_is_a_damped_gauss_newton_step_away_laid_out(figure, poses, rng):
     fit, weights, priors, climbs = climbing(figure, poses, rng)
     cost, H, gradient = lowered(figure, fit, weights, priors, slice(0, None, 2))
-    damped = H + 0.1 * np.einsum("hij,ij->hij", H, np.eye(H.shape[-1]))
-    descend(figure.layout, fit, weights, priors, climbs, SEARCH)
+    damped = H + FIRST * np.einsum("hij,ij->hij", H, np.eye(H.shape[-1]))
+    descend(figure.layout, fit, weights, priors, climbs)
     assert_allclose(climbs.own, 2 * np.arange(len(poses)))
     assert_allclose(climbs.cost, cost)
     step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
@@ -118,37 +114,43 @@ def test_what_is_tried_next_is_a_damped_gauss_newton_step_away_laid_out(figure, 
 
 def test_no_step_is_longer_than_the_longest(figure, poses, rng):
     fit, weights, priors, climbs = climbing(figure, poses, rng)
-    descend(figure.layout, fit, weights, priors, climbs, SEARCH._replace(longest=1e-3))
-    assert_allclose(np.abs(fit[0][1::2] - poses).max(axis=1), 1e-3)
+    descend(figure.layout, fit, weights, (priors[0] + 10.0, priors[1]), climbs)
+    assert_allclose(np.abs(fit[0][1::2] - poses).max(axis=1), LONGEST)
 
 
 def test_a_trial_is_taken_only_if_it_is_better_and_damping_follows(figure, poses, rng):
     fit, weights, priors, climbs = climbing(figure, poses, rng)
-    descend(figure.layout, fit, weights, priors, climbs, SEARCH)
-    fit[7][1::2] += np.where(np.arange(len(poses)) % 2 == 0, 1e4, -1e4)  # what the trials cost
+    descend(figure.layout, fit, weights, priors, climbs)
+    fit[7][1::2] += np.where(np.arange(len(poses)) % 2 == 0, 1e9, -1e9)  # what the trials cost
     before = climbs.cost.copy()
     tried = lowered(figure, fit, weights, priors, slice(1, None, 2))[0]
     better = tried < before
     assert better.any()
     assert not better.all()
-    descend(figure.layout, fit, weights, priors, climbs, SEARCH)
+    descend(figure.layout, fit, weights, priors, climbs)
     assert_allclose(climbs.own, 2 * np.arange(len(poses)) + better)
     assert_allclose(climbs.cost, np.where(better, tried, before))
-    assert_allclose(climbs.damping, np.where(better, 0.03, 1.0))
+    assert_allclose(climbs.damping, np.where(better, 0.3 * FIRST, 0.01))
+    # The next trial is a step from the best pose so far.
+    _, H, gradient = lowered(figure, fit, weights, priors, climbs.own)
+    H += climbs.damping[:, None, None] * np.einsum("hij,ij->hij", H, np.eye(H.shape[-1]))
+    step = -np.linalg.solve(H, gradient[..., None])[..., 0]
+    assert_allclose(fit[0][climbs.own ^ 1], fit[0][climbs.own] + step, rtol=1e-6, atol=1e-9)
     assert climbs.on.all()
 
 
 def test_a_climb_ends_with_a_small_gain_a_small_step_or_when_no_step_helps(figure, poses, rng):
-    enough = SEARCH._replace(heaviest=0.5)
-    for gain, search in ((5e-3, SEARCH), (1.0, SEARCH._replace(small_step=1e3)), (-1.0, enough)):
-        fit, weights, priors, climbs = climbing(figure, poses, rng)
-        descend(figure.layout, fit, weights, priors, climbs, search)
+    for gain, damping, away in ((5e-3, FIRST, 1.0), (1.0, FIRST, 1e-3), (-1.0, HEAVIEST, 1.0)):
+        fit, weights, (mean, precision), climbs = climbing(figure, poses, rng, sure=1e12)
+        priors = poses + away * (mean - poses), precision
+        climbs.damping[:] = damping
+        descend(figure.layout, fit, weights, priors, climbs)
         tried = lowered(figure, fit, weights, priors, slice(1, None, 2))[0]
         fit[7][1::2] += climbs.cost - gain - tried
-        descend(figure.layout, fit, weights, priors, climbs, search)
+        descend(figure.layout, fit, weights, priors, climbs)
         assert not climbs.on.any()
         rows = [each.copy() for each in (fit[0], climbs.own, climbs.cost)]
-        descend(figure.layout, fit, weights, priors, climbs, search)
+        descend(figure.layout, fit, weights, priors, climbs)
         for got, want in zip((fit[0], climbs.own, climbs.cost), rows, strict=True):
             assert_allclose(got, want, rtol=0.0)
 
@@ -159,6 +161,6 @@ def test_a_freedom_that_nothing_measures_takes_no_step(figure, poses, rng):
     for each in fit[5:7]:
         each[:, -1] = 0.0  # the last link, which nothing hangs on
     (freedom,) = np.flatnonzero(figure.layout.angle == figure.layout.angle[-1])[-1:]
-    descend(figure.layout, fit, weights, (np.tile(nothing[0], (len(poses), 1)), nothing[1]), climbs, SEARCH)
+    descend(figure.layout, fit, weights, (np.tile(nothing[0], (len(poses), 1)), nothing[1]), climbs)
     column = figure.layout.angle[freedom]
     assert_allclose(fit[0][1::2, column], poses[:, column], atol=1e-9)
