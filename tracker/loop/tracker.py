@@ -162,11 +162,8 @@ class Tracker:
         """The templates updated from the frame at the registered pose."""
         if not self.mode.learns:
             return templates
-        seen, trust = field.seen(best), best.match * templates.known
-        place = (best.pixels - field.view.origin) / field.view.unit
-        templates = templates.learned(seen, field.new(best), place)
         blend = 1.0 - (1.0 - self.settings.blend) ** (1.0 / often(self.slds.fps))
-        return templates.refreshed(seen, trust, blend, best.offset)
+        return templates.refreshed(field.seen(best), best.match, blend, best.offset)
 
     def shifted(self, shift: Array) -> Self:
         """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""

@@ -48,17 +48,9 @@ class Scenery:
 
     def plain(self, pixels: Array) -> Flags:
         """(P,) whether the frame is known to show the scene at each of (P, 2) pixels."""
-        return np.asarray(self._at(pixels) < ALIKE)
-
-    def outstanding(self, pixels: Array) -> Flags:
-        """(P,) whether the frame is known to differ from the scene at each of (P, 2) pixels."""
-        differs = self._at(pixels)
-        return np.asarray((differs >= ALIKE) & (differs != UNKNOWN))
-
-    def _at(self, pixels: Array) -> Planes:
         h, w = self.differs.shape
         column, row = np.clip((pixels + 0.5).astype(int) // self.step, 0, (w - 1, h - 1)).T
-        return np.asarray(self.differs[row, column])
+        return np.asarray(self.differs[row, column] < ALIKE)
 
 
 UNSEEN = Scenery(np.full((1, 1), UNKNOWN, np.float32), 1 << 30)

@@ -5,15 +5,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from dynamics.gaussian import Array, Flags, Ints
+from dynamics.gaussian import Array, Flags
 from kinematics.figure import Figure
-from kinematics.spm import View, covering, skeleton, surface
+from kinematics.spm import View
 from tracker.picture.backdrop import UNSEEN, Scenery
 from tracker.picture.pyramid import Level, sample, within
-from tracker.registration.templates import Templates, hiding
+from tracker.registration.templates import Templates
 from tracker.settings import Settings
-
-STANDS_OUT = 0.7  # share of a link without a template that must differ from the scene to learn one
 
 
 @dataclass(frozen=True)
@@ -75,51 +73,10 @@ class Field:
 
     def seen(self, found: Registration) -> Array:
         """(levels, P, 3) grey levels of the frame at the registered points, less the brightness offsets."""
-        templates = self.templates
         shown = np.stack([sample(level, found.pixels)[0] for level in self.levels])
-        offset = np.where(templates.strange[:, None], templates.light, found.offset)
-        return np.asarray(shown - offset[templates.link])
-
-    def new(self, found: Registration) -> Flags:
-        """(P,) which unknown points the frame shows, on links mostly in sight."""
-        templates, pixels = self.templates, found.pixels
-        links = self._in_sight(found) & ~templates.strange
-        if templates.strange.any():
-            # A link without a template is located if it stands out and its parent is in sight.
-            parents = np.array(self.figure.parents)
-            links |= templates.strange & (parents >= 0) & links[parents] & self._standing_out(pixels)
-        sought = np.flatnonzero(~templates.known & links[templates.link])
-        sought = sought[self.in_part(pixels[sought]) & ~self.scenery.plain(pixels[sought])]
-        new = np.zeros(len(templates.link), dtype=bool)
-        new[sought[~self._hidden(found, sought)]] = True
-        return new
+        return np.asarray(shown - found.offset[self.templates.link])
 
     def in_part(self, pixels: Array) -> Flags:
         """Whether pixels (..., 2) lie in the searched part of the frame."""
         level = self.levels[-1]
         return within(pixels - np.asarray(level.corner), level.planes.shape)
-
-    def _hidden(self, found: Registration, sought: Ints) -> Flags:
-        """Whether a nearer link covers each of the chosen points."""
-        templates, bones = self.templates, skeleton(self.figure, found.q)
-        link = templates.link[sought]
-        points = surface(bones, link, templates.along[sought], templates.across[sought])
-        return covering(self.figure, bones, points, link, hiding(self.levels[-1], self.view, self.settings))
-
-    def _standing_out(self, pixels: Array) -> Flags:
-        """(L,) whether most of a link is known to differ from the scene."""
-        out = self.in_part(pixels) & self.scenery.outstanding(pixels)
-        return np.asarray(self._share(out, self.templates.weight == 1.0) >= STANDS_OUT)
-
-    def _in_sight(self, found: Registration) -> Flags:
-        """(L,) whether most known points of a link are seen and match."""
-        seen = self.templates.known & (found.match > 0.0)
-        match = np.bincount(self.templates.link, found.match * seen, len(self.figure.links))
-        number = np.bincount(self.templates.link, seen, len(self.figure.links))
-        fair = match >= self.settings.in_sight * np.maximum(number, 1.0)
-        return np.asarray(fair & (self._share(seen, self.templates.known) > 0.5))
-
-    def _share(self, those: Flags, of: Flags) -> Array:
-        """(L,) share of the points `of` of each link that are among `those`."""
-        link, L = self.templates.link, len(self.figure.links)
-        return np.asarray(np.bincount(link, those & of, L) / np.maximum(np.bincount(link, of, L), 1.0))

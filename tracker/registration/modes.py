@@ -23,7 +23,7 @@ class Mode:
     contrast  : how far grey levels around the figure are spread
     rim       : width of the template beyond a link's outline, leg lengths
     backdrop  : whether the scene behind the figure is modelled
-    learns    : whether templates are updated, and missing ones learned where a link stands out
+    learns    : whether templates are updated
     coarse    : every such point is used on all but the finest blur
     robust    : squared scale of the robust loss, in units of the noise; inf for plain squares
     layered   : whether nearer links hide farther ones, and each link has a brightness offset

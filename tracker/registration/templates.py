@@ -1,7 +1,6 @@
 """Templates: the pixels of each link, cut from a frame at a pose, in the link's own coordinates."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -14,9 +13,6 @@ from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
 RIM_WEIGHT = 0.15  # weight of points on the rim; points within the outline have 1
-ALIKE = 12.0  # largest difference between two sightings of a point, root mean square grey levels
-ENOUGH = 5  # places of the scene at which a point must look alike to become known
-ELSEWHERE = 0.1  # least distance between such places, leg lengths
 FAIR = 0.2  # mean trust of a link's points from which its brightness offset counts
 
 
@@ -29,8 +25,6 @@ class Templates:
     colours : (levels, P, 3) Lab grey levels
     known   : (P,) whether the point's colours are known
     light   : (3,) brightness offset of each channel, common to the links, grey levels
-    alike   : (P,) number of successive places at which an unknown point has looked alike
-    place   : (P, 2) the last of them in the scene, leg lengths
     """
 
     link: Ints
@@ -40,13 +34,6 @@ class Templates:
     colours: Planes
     known: Flags
     light: Array
-    alike: Ints
-    place: Array
-
-    @cached_property
-    def strange(self) -> Flags:
-        """(L,) whether no point of a link is known."""
-        return np.asarray(np.bincount(self.link, self.known) == 0.0)
 
     @property
     def inner(self) -> Flags:
@@ -72,29 +59,6 @@ class Templates:
             known=self.known | (trust > 0),
             light=np.median(offset[fair > FAIR], axis=0) if (fair > FAIR).any() else self.light,
         )
-
-    def learned(self, seen: Array | Planes, new: Flags, place: Array) -> Self:
-        """The templates with sightings of unknown points added: a point that looks alike at enough places
-        becomes known.
-
-        The background of a moving figure, or something that hides it, does not stay alike.
-
-        Args:
-            seen: as in `refreshed`.
-            new: (P,) which unknown points are seen.
-            place: (P, 2) places of the points in the scene, leg lengths.
-        """
-        at = np.flatnonzero(new)
-        elsewhere = ((place[at] - self.place[at]) ** 2).sum(axis=-1) > ELSEWHERE**2
-        at = at[(self.alike[at] == 0) | elsewhere]
-        alike, places, known = self.alike.copy(), self.place.copy(), self.known.copy()
-        colours = self.colours.copy()
-        again = ((seen[-1, at] - colours[-1, at]) ** 2).mean(axis=-1) < ALIKE**2
-        alike[at] = np.where(again & (alike[at] > 0), alike[at] + 1, 1)
-        colours[:, at] += (seen[:, at] - colours[:, at]) / alike[at, None]
-        places[at] = place[at]
-        known[at] |= alike[at] >= ENOUGH
-        return replace(self, colours=colours, known=known, alike=alike, place=places)
 
     def completed(self, figure: Figure, reach: float) -> Self:
         """The templates with the colours of a link that is wholly unknown copied from its twin, from points
@@ -130,17 +94,7 @@ def cut(
     known = found[0][1] & ~hidden
     if placed is not None:
         known &= placed[link]
-    return Templates(
-        link,
-        along,
-        across,
-        weight,
-        colours,
-        known,
-        np.zeros(3),
-        np.zeros(len(link), np.intp),
-        np.zeros(points.shape),
-    )
+    return Templates(link, along, across, weight, colours, known, np.zeros(3))
 
 
 def hiding(level: Level, view: View, settings: Settings) -> float:

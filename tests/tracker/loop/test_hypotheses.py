@@ -13,7 +13,7 @@ from kinematics.figure import SCALE
 from kinematics.recover import Start
 from tests.oracles import condition, mixture
 from tests.tracker.loop.walks import WHOLE, Walk, field_of, run
-from tests.tracker.painted import FULL, placed
+from tests.tracker.painted import FULL
 from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin
 from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import find_model
@@ -105,13 +105,9 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
         assert estimate.s == state.belief.s[weights.argmax()]
         best = found[int(weights.argmax())]
         assert estimate.misfit == pytest.approx(best.misfit, abs=1e-6)
-        seen, new = field.seen(best), field.new(best)
-        place = placed(tracker.figure, best.q, old) * (field.view.facing, -1.0)
-        assert new.any()
-        refreshed = old.learned(seen, new, place).refreshed(seen, best.match, WHOLE.blend, best.offset)
+        refreshed = old.refreshed(field.seen(best), best.match, WHOLE.blend, best.offset)
         assert_allclose(state.templates.colours, refreshed.colours, atol=1e-3)
-        assert_allclose(state.templates.place, refreshed.place, atol=1e-6)
-        assert_array_equal(state.templates.alike, refreshed.alike)
+        assert_array_equal(state.templates.known, refreshed.known)
         assert_allclose(state.templates.light, refreshed.light, atol=1e-3)
         assert state.scenery.differs.max() > 1.0 > ALIKE > np.median(state.scenery.differs)
 

@@ -238,29 +238,20 @@ def test_every_pixel_of_a_picture_has_its_place(size, rng):
     assert UNSEEN.differs[max(size) // UNSEEN.step, 0] == UNKNOWN
 
 
-def test_a_pixel_stands_out_where_the_frame_differs_and_is_plain_where_it_shows_the_scene(begun, image):
+def test_a_pixel_is_plain_where_the_frame_is_known_to_show_the_scene(begun, image):
     left, right = (*THERE[:2], 109.0, THERE[3]), np.array([[120.0, 60.0]])
     found = begun.follow(covered(image, left, by=80), THERE, STILL).scenery
     inner, beside = np.array([[100.0, 60.0], [105.0, 70.0]]), np.array([[70.0, 10.0], [45.0, 80.0]])
     # Of those beside one is out of the box, where nothing is asked, and one was covered from the start.
     pixels = np.concatenate([inner, right, beside])
-    assert_array_equal(found.outstanding(pixels), [True, True, False, False, False])
     assert_array_equal(found.plain(pixels), [False, False, True, False, False])
-    # It was covered from the start, whatever it shows now.
-    here = begun.follow(covered(image, HERE, by=80), HERE, STILL).scenery
-    assert_array_equal(here.outstanding(np.array([[40.0, 60.0]])), False)
-    assert_array_equal(UNSEEN.outstanding(pixels), False)
     assert_array_equal(UNSEEN.plain(pixels), False)
 
 
-@pytest.mark.parametrize(
-    ("value", "plain", "stands"),
-    [(0.0, True, False), (0.19, True, False), (0.21, False, True), (1.0, False, False), (1.01, False, True)],
-)
-def test_what_is_plain_does_not_stand_out_and_the_unknown_is_neither(value, plain, stands):
+@pytest.mark.parametrize(("value", "plain"), [(0.0, True), (0.19, True), (0.21, False), (1.0, False)])
+def test_what_hardly_differs_is_plain_and_the_unknown_is_not(value, plain):
     scenery, pixel = Scenery(np.full((4, 6), value, np.float32), 3), np.array([[4.0, 5.0]])
     assert scenery.plain(pixel) == [plain]
-    assert scenery.outstanding(pixel) == [stands]
 
 
 @pytest.mark.parametrize("step", [1, 3])
@@ -272,4 +263,3 @@ def test_a_pixel_belongs_to_the_place_that_covers_it(step):
     want = (pixels[:, 0] // step == 2) & (pixels[:, 1] // step == 1)
     for off in (-0.49, 0.0, 0.49):
         assert_array_equal(scenery.plain(pixels + off), want)
-        assert_array_equal(scenery.outstanding(pixels + off), ~want)

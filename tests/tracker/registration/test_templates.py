@@ -20,7 +20,7 @@ from tests.tracker.painted import (
     levels_of,
     placed,
 )
-from tracker.registration.templates import ALIKE, ELSEWHERE, ENOUGH, RIM_WEIGHT, Templates, cut
+from tracker.registration.templates import RIM_WEIGHT, Templates, cut
 from tracker.settings import Settings
 
 CROSSING = upright(WALKER, hip_near=0.1, knee_near=0.2, hip_far=-0.1, knee_far=0.1)
@@ -74,7 +74,6 @@ def test_every_link_has_points_however_wide_apart(figure, spacing, rng):
     levels = levels_of(Painted(rng).picture(CROSSING))
     settings = Settings(rim=0.0, spacing=spacing)
     templates = cut(figure, VIEW, pose, levels, settings)
-    assert len(templates.strange) == len(figure.links)
     assert np.bincount(templates.link, templates.weight == 1.0, len(figure.links)).min() >= 1
 
 
@@ -150,10 +149,9 @@ DARK = np.zeros((1, 3))  # the light of one link
 
 def small(known, link=None):
     P = len(known)
-    zero, none = np.zeros(P), np.zeros(P, np.intp)
-    link = none if link is None else np.asarray(link)
-    colours, places = np.zeros((2, P, 3)), np.zeros((P, 2))
-    return Templates(link, zero, zero, np.ones(P), colours, np.array(known, bool), np.zeros(3), none, places)
+    zero = np.zeros(P)
+    link = np.zeros(P, np.intp) if link is None else np.asarray(link)
+    return Templates(link, zero, zero, np.ones(P), np.zeros((2, P, 3)), np.array(known, bool), np.zeros(3))
 
 
 @pytest.mark.parametrize("blurs", [0.5, 3.0])
@@ -212,105 +210,10 @@ def test_the_common_light_is_the_median_of_the_links_in_fair_sight_channel_by_ch
     assert_array_equal(old.refreshed(np.zeros((2, 10, 3)), np.zeros(10), 0.2, offset).light, before)
 
 
-def looks(templates, *grey, new=None, apart=1.001 * ELSEWHERE, start=0.0):
-    """Templates after looks of these grey levels, of all points alike, each this much further on."""
-    P = len(templates.link)
-    new = np.ones(P, bool) if new is None else np.array(new)
-    for n, level in enumerate(grey):
-        place = np.full((P, 2), (start + n * apart, -3.0))
-        templates = templates.learned(np.full((2, P, 3), float(level)), new, place)
-    return templates
-
-
-def test_a_point_is_known_once_it_has_looked_alike_at_enough_places():
-    grey = [50.0, 52.0, 49.0, 50.0, 51.0, 53.0]
-    for n in range(1, ENOUGH + 2):
-        found = looks(small([False]), *grey[:n])
-        assert found.known.all() == (n >= ENOUGH)
-        assert_array_equal(found.alike, n)
-        # Colours are kept in single precision.
-        assert_allclose(found.colours, np.mean(grey[:n]), rtol=1e-6)
-
-
-def test_what_is_learned_is_the_mean_of_the_looks_at_every_blur(rng):
-    seen, way = rng.uniform(50.0, 55.0, (ENOUGH, 2, 3, 3)), np.array([ELSEWHERE, -ELSEWHERE])
-    found = small([False] * 3)
-    for n, look in enumerate(seen):
-        found = found.learned(look, np.ones(3, bool), np.broadcast_to(n * way, (3, 2)))
-    assert found.known.all()
-    assert_allclose(found.colours, seen.mean(axis=0), rtol=1e-6)
-    assert_allclose(found.place, np.broadcast_to((ENOUGH - 1) * way, (3, 2)))
-
-
-def test_a_point_that_stays_where_it_is_is_never_known():
-    found = looks(small([False]), *[50.0] * 40, apart=0.0)
-    assert_array_equal(found.alike, 1)
-    assert not found.known.any()
-    assert looks(small([False]), *[50.0] * ENOUGH, apart=1.001 * ELSEWHERE).known.all()
-    assert_array_equal(looks(small([False]), 50.0, 50.0, apart=0.999 * ELSEWHERE).alike, 1)
-
-
-def test_small_steps_add_up_to_another_place_and_what_is_seen_on_the_way_is_not_taken():
-    step = 0.3 * ELSEWHERE
-    found = looks(small([False]), 50.0, 90.0, 90.0, 90.0, apart=step)
-    assert_array_equal(found.colours, 50.0)
-    assert_array_equal(looks(small([False]), *[50.0] * (4 * ENOUGH - 4), apart=step).known, False)
-    assert_array_equal(looks(small([False]), *[50.0] * (4 * ENOUGH - 3), apart=step).known, True)
-
-
-@pytest.mark.parametrize(("by", "alike"), [(0.98 * ALIKE, 3), (1.02 * ALIKE, 1)])
-def test_another_look_begins_again(by, alike):
-    found = looks(small([False]), 50.0, 50.0, 50.0 + by)
-    assert_array_equal(found.alike, alike)
-    assert_allclose(found.colours, 50.0 + by / 3.0 if alike == 3 else 50.0 + by, rtol=1e-6)
-    start, rest = 9.0 * ELSEWHERE, [50.0 + by] * (ENOUGH - 1)
-    assert not looks(found, *rest[:-alike], start=start).known.any()
-    assert looks(found, *rest, start=start).known.all()
-
-
-def test_a_look_is_the_root_mean_square_of_the_channels_at_the_finest_blur():
-    def counted(coarse, fine):
-        seen = np.stack([np.full((1, 3), coarse), np.array([fine])])
-        return looks(small([False]), 0.0).learned(seen, np.ones(1, bool), np.ones((1, 2))).alike[0]
-
-    edge = np.sqrt(3.0) * ALIKE
-    assert counted(0.0, [0.98 * edge, 0.0, 0.0]) == 2
-    assert counted(0.0, [1.02 * edge, 0.0, 0.0]) == 1
-    assert counted(200.0, [0.0, 0.0, 0.0]) == 2
-
-
-def test_frames_in_which_a_point_is_hidden_neither_count_nor_begin_again():
-    before = looks(small([False, False]), *[50.0] * (ENOUGH - 1))
-    after = looks(before, *[120.0] * 7, new=[False, True], start=5.0)
-    assert after.known.tolist() == [False, True]
-    assert_array_equal(after.colours[:, 0], 50.0)
-    assert_array_equal(after.place[0], before.place[0])
-    found = looks(after, 50.0, new=[True, False], start=9.0)
-    assert found.known.all()
-    assert_array_equal(found.colours[:, 0], 50.0)
-
-
-def test_learning_leaves_the_old_templates_and_points_that_are_known_as_they_were():
-    old = looks(small([True, False]), 50.0, new=[False, True])
-    new = looks(old, *[50.0] * ENOUGH, new=[False, True], start=1.0)
-    assert_array_equal(old.known, [True, False])
-    assert_array_equal(old.alike, [0, 1])
-    assert_array_equal(new.known, [True, True])
-    assert_array_equal(new.colours[:, 0], 0.0)
-
-
-def test_a_strange_link_is_one_of_which_nothing_is_known():
-    templates = small([False, True, False, False, True, True], [0, 0, 1, 1, 2, 2])
-    assert_array_equal(templates.strange, [False, True, False])
-    met = looks(templates, *[50.0] * ENOUGH, new=[False, False, True, False, False, False])
-    assert_array_equal(met.strange, [False, False, False])
-
-
-def test_templates_just_cut_have_their_own_light_and_those_that_lie_nobody_knows_where_are_strange(levels):
+def test_templates_just_cut_have_their_own_light_and_those_that_lie_nobody_knows_where_are_unknown(levels):
     nowhere = np.array([link.name.endswith("far") for link in WALKER.links])
     templates = cut(WALKER, VIEW, STRIDE, levels, FULL, ~nowhere)
-    assert_array_equal(templates.strange, nowhere)
+    whole = cut(WALKER, VIEW, STRIDE, levels, FULL)
+    assert_array_equal(templates.known, whole.known & ~nowhere[templates.link])
+    assert_array_equal(np.bincount(templates.link, templates.known) == 0.0, nowhere)
     assert_array_equal(templates.light, np.zeros(3))
-    assert not cut(WALKER, VIEW, STRIDE, levels, FULL).strange.any()
-    assert not templates.alike.any()
-    assert templates.place.shape == (len(templates.link), 2)
