@@ -43,56 +43,38 @@ class Body:
         return Body(self.right[part], self.left[part], self.neck[part], self.head[part], arms)
 
 
-@dataclass(frozen=True)
-class _Dialect:
-    """Names of the figure's joints in a family of files; several neck joints are averaged."""
-
-    leg: str
-    arm: str
-    sides: tuple[str, str]
-    neck: tuple[str, ...]
-    head: str
-
-    @property
-    def legs(self) -> list[list[str]]:
-        return [self.leg.replace("*", side).split() for side in self.sides]
-
-    @property
-    def arms(self) -> list[list[str]]:
-        return [self.arm.replace("*", side).split() for side in self.sides]
-
-    @property
-    def names(self) -> set[str]:
-        right, left = self.legs
-        return {*right, *left, *self.neck, self.head}
-
-
 _ARM = "*Arm *ForeArm *Hand"
+# Names of the joints of a leg and an arm, the two sides, neck and head in families of files; several neck
+# joints are averaged.
 _DIALECTS = (
-    _Dialect("*UpLeg *Leg *Foot *ToeBase", _ARM, ("Right", "Left"), ("Neck",), "Head_end"),
-    _Dialect(
-        "UpperLeg_* LowerLeg_* Foot_* Toes_*", "UpperArm_* LowerArm_* Hand_*", ("R", "L"), ("Neck",), "Head"
-    ),
-    _Dialect("*UpLeg *Leg *Foot *Toes", _ARM, ("Right", "Left"), ("LeftArm", "RightArm"), "HEad_end"),
-    _Dialect("*hipjoint *femur *tibia *foot", "*clavicle *humerus *radius", ("r", "l"), ("thorax",), "head"),
+    ("*UpLeg *Leg *Foot *ToeBase", _ARM, ("Right", "Left"), ("Neck",), "Head_end"),
+    ("UpperLeg_* LowerLeg_* Foot_* Toes_*", "UpperArm_* LowerArm_* Hand_*", ("R", "L"), ("Neck",), "Head"),
+    ("*UpLeg *Leg *Foot *Toes", _ARM, ("Right", "Left"), ("LeftArm", "RightArm"), "HEad_end"),
+    ("*hipjoint *femur *tibia *foot", "*clavicle *humerus *radius", ("r", "l"), ("thorax",), "head"),
 )
 
 
 def find_body(capture: Capture) -> Body:
     """The figure's joints among a capture's; MotionError if its joint names are of no known dialect."""
-    dialect = min(_DIALECTS, key=lambda dialect: len(dialect.names - set(capture.names)))
-    missing = sorted(dialect.names - set(capture.names))
+    known = set(capture.names)
+    found = []
+    for leg, arm, sides, neck, head in _DIALECTS:
+        legs, arms = ([part.replace("*", side).split() for side in sides] for part in (leg, arm))
+        found.append(({*legs[0], *legs[1], *neck, head} - known, legs, arms, neck, head))
+    missing, legs, arms, neck, head = min(found, key=lambda dialect: len(dialect[0]))
     if missing:
         raise MotionError(
-            f"no joint is called {', '.join(missing)} among {', '.join(capture.names)}; "
+            f"no joint is called {', '.join(sorted(missing))} among {', '.join(capture.names)}; "
             "rename the joints as the CMU, Bandai-Namco or SNU files do"
         )
-    neck = np.mean([capture.at(name) for name in dialect.neck], axis=0)
-    right, left = (np.stack([capture.at(name) for name in leg], axis=1) for leg in dialect.legs)
-    arms = None
-    if all(set(arm) <= set(capture.names) for arm in dialect.arms):
-        arms = np.stack([np.stack([capture.at(name) for name in arm], axis=1) for arm in dialect.arms])
-    return Body(right, left, neck, capture.at(dialect.head), arms)
+
+    def places(limbs: list[list[str]]) -> Array:
+        return np.stack([np.stack([capture.at(name) for name in limb], axis=1) for limb in limbs])
+
+    right, left = places(legs)
+    centre = np.mean([capture.at(name) for name in neck], axis=0)
+    moved = places(arms) if known >= {*arms[0], *arms[1]} else None
+    return Body(right, left, centre, capture.at(head), moved)
 
 
 def project(body: Body, *, curve: bool = False, arms: bool = False) -> Array:
