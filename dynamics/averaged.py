@@ -144,8 +144,7 @@ def whitened(slds: SLDS) -> System:
 
 
 def beside(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Data:
-    """Sequences (T, M) side by side; NaN entries were not measured. LinAlgError: R is not positive
-    definite."""
+    """Sequences (T, M) side by side, NaN where not measured. LinAlgError: R is not positive definite."""
     y, lengths = side_by_side(ys, np.nan)
     T, B, M = y.shape
     seen = ~np.isnan(y)

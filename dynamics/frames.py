@@ -40,8 +40,7 @@ class Frames:
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]
 
     def back(self, start: int = 1, stop: int | None = None) -> Iterator[tuple[slice, slice]]:
-        """From frame stop - 1, or the last, back to `start`: the rows of the frame before, and the frame's
-        own."""
+        """From frame stop - 1, or the last, back to `start`: rows of the frame before, and its own."""
         last = len(self.first) - 2 if stop is None else stop - 1
         for now in map(self.at, range(last, start - 1, -1)):
             yield slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1), now

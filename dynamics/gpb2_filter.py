@@ -97,8 +97,7 @@ def filter_steps(slds: SLDS, frames: Frames, switch: Switch | None = None) -> It
 
 
 def _spans(first: list[int], most: int) -> Iterator[tuple[int, int, int]]:
-    """Groups of frames of at most `most` rows, or of one frame: first row of the frame before and of the
-    group, and the row after it."""
+    """Groups of at most `most` rows, or a frame: first row of the frame before, first of the group, end."""
     start, T = 1, len(first) - 1
     while start < T:
         stop = start + 1

@@ -25,8 +25,7 @@ CHUNK = 1000  # frames whose covariances are in memory at a time
 
 
 def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
-    """(T, K) the weighted term for poses y (T, M), NaN where not measured, of the freedoms that do not
-    travel."""
+    """(T, K) the weighted term for poses y (T, M), NaN where not measured, but for what travels."""
     told = np.empty((len(y), slds.K))
     for first in range(0, len(y), CHUNK):
         rows = slice(first, first + CHUNK)

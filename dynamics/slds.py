@@ -140,8 +140,7 @@ class SLDS:
         )
 
     def with_constants(self, spreads: Mapping[str, float]) -> Self:
-        """The same system with an unknown constant added to each named measurement, of this standard
-        deviation."""
+        """The same system with an unknown constant of this deviation added to each named measurement."""
         n, names = len(spreads), [f"constant_{name}" for name in spreads]
         wide = self.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
         C = wide.C[: len(self.C)].copy()

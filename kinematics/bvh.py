@@ -100,8 +100,7 @@ def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> l
 
 
 def rotation(axes: str, angles: Array) -> Array:
-    """(..., 3, 3) product of turns about n coordinate axes, letters of "XYZ", the first leftmost, by angles
-    (..., n), radians."""
+    """(..., 3, 3) product of turns about axes, letters of "XYZ", the first leftmost, by angles (..., n)."""
     product = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for n, axis in enumerate(axes):
         i, j = {"X": (1, 2), "Y": (2, 0), "Z": (0, 1)}[axis]

@@ -36,8 +36,7 @@ def fill(ys: Sequence[Array]) -> list[Array]:
 
 
 def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
-    """Posteriors that take every frame's k-means cluster of K as its switching state; sequences (T, M), T >=
-    2, with gaps filled."""
+    """Posteriors that take each frame's k-means cluster of K as its state; sequences (T, M), T >= 2."""
     ys = fill(ys)
     labels = split_as(clustered(_features(ys, layout), K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]

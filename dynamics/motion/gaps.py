@@ -45,8 +45,7 @@ def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bo
 
 
 def _pieces(y: Array) -> Iterator[tuple[slice, slice]]:
-    """Pieces of frames to fill together, each but the first beginning with a measured one; and each piece
-    with the frames around it."""
+    """Pieces to fill together, all but the first from a measured frame on; and what is around each."""
     seen = np.isfinite(y)
     measured, first = np.flatnonzero(seen.any(1)), 0
     while first < len(y):

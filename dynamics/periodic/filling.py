@@ -161,8 +161,7 @@ def _thinned(y: Array, rows: Ints, fps: float) -> Array:
 
 
 def _apart(rows: Ints, frames: float) -> Ints:
-    """Every n-th of the rows, so that neighbours are mostly about so many frames apart, or all of sparser
-    rows."""
+    """Every n-th of the rows, so that neighbours are mostly about so many frames apart, or farther."""
     usual = np.median(np.abs(np.diff(rows))) if len(rows) > 1 else 1.0
     return rows[:: max(1, round(frames / float(usual)))]
 

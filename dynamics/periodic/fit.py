@@ -76,8 +76,7 @@ class Fit:
         return Stretch(own.stride, own.k, own.t, y, noise).climb(self.z, self.start, STEPS)
 
     def predict(self, rows: Ints) -> Gaussian:
-        """mean (m, M) and cov (m, M, M) of the poses in these frames, without noise, given all
-        measurements."""
+        """mean (m, M) and cov (m, M, M) of these frames' poses given all measurements, without noise."""
         own, stride = self.stretch, self.stretch.stride
         M = len(stride.names)
         cells = np.repeat(rows, M), np.tile(np.arange(M), len(rows))
@@ -138,8 +137,7 @@ class Stretch:
         return quick + _spread(self.correlations[1], self.stride.slow[self.k], one, other)
 
     def value(self, z: Array, start: float, cells: Cells) -> tuple[Array, Array, Array]:
-        """The pose f (n,) predicted at cells, its derivative df/dz (n, Z + W), and the phase (T,), `start`
-        included."""
+        """The pose f (n,) predicted at cells, df/dz (n, Z + W), and the phase (T,), `start` included."""
         frame, freedom = cells
         stride, M = self.stride, len(self.stride.names)
         size, rows = stride.basis, np.arange(len(frame))
@@ -185,8 +183,7 @@ class Stretch:
         return fit
 
     def _at(self, z: Array, start: float) -> tuple[Fit, float, Array]:
-        """Laplace's approximation about z, minus its log density up to a constant, and that density's
-        gradient."""
+        """Laplace's approximation about z, minus its log density up to a constant, and the gradient of it."""
         f, J, phase = self.value(z, start, self.cells)
         away = self.y[self.cells] - f
         white = solve_triangular(self.L, np.column_stack([away, J]), lower=True, check_finite=False)

@@ -199,8 +199,7 @@ def _first(
     fps: float,
     label: str,
 ) -> tuple[Stride, list[tuple[float, float, float]]]:
-    """A first model, with phases from the difference of the first freedom that has a twin and that twin; and
-    the start of each piece."""
+    """A first model, by phases of the first difference between twins; and the start of each piece."""
     M, size, travels = len(names), 2 * HARMONICS + 1, among(names, travelling)
     pair = int(np.flatnonzero(twins != np.arange(M))[0])
     begun, z = [], []

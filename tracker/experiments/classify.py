@@ -146,8 +146,7 @@ def tries(
     orders: Sequence[int] = ORDERS,
     held: frozenset[str] = frozenset(),
 ) -> Iterator[tuple[Key, tuple[str, ...], Infer]]:
-    """For every inference at some orders, and for the hidden Markov model: the states' labels, and a function
-    that gives the posteriors."""
+    """For every inference, the hidden Markov model's too: the states' labels, and what gives posteriors."""
     for order in orders:
         slds = study.slds(Recipe(states, order, NOISE, held, study.motions))
         for name, infer in INFERENCES.items():

@@ -1,5 +1,4 @@
-"""Walks with missing frames, filled by the SLDS and by methods without a model of walking (1999, figure
-6)."""
+"""Walks with missing frames, filled by the SLDS and without a model of walking (1999, figure 6)."""
 
 from collections import defaultdict
 from functools import partial

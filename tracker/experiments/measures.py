@@ -70,8 +70,7 @@ def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
 
 
 def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: Flags) -> tuple[float, float]:
-    """Share with the wrong motion among all frames, and among those that are `far` (NaN for none), per
-    cent."""
+    """Per cent with the wrong motion of all frames, and of those that are `far` (NaN for none)."""
     wrong = np.asarray(found) != np.asarray(wanted)
     return 100.0 * float(wrong.mean()), 100.0 * float(wrong[far].mean()) if far.any() else float("nan")
 

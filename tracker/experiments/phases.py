@@ -104,8 +104,7 @@ class Cut:
 
 
 def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -> list[float]:
-    """Share of each subject's frames in which `what` is the commonest value for the same `given`, per
-    cent."""
+    """Per cent of each subject's frames in which `what` is the commonest value for the same `given`."""
     right = np.zeros(len(what), dtype=bool)
     for value in np.unique(given):
         here = given == value
@@ -115,8 +114,7 @@ def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -
 
 
 def turn(apart: Array) -> Array:
-    """(T,) phase in strides since the near leg was farthest ahead, from the thighs' difference and its
-    change."""
+    """(T,) strides since the near leg was farthest ahead, by the thighs' difference and its change."""
     swing = apart - apart.mean()
     speed = np.gradient(swing)
     angle = np.arctan2(-speed * swing.std(), swing * speed.std())

@@ -150,8 +150,7 @@ def _in_scene_of(a: Estimate, b: Estimate, axes: Array) -> Estimate:
 
 
 def _costs(way: Sequence[Estimate], worst: float) -> Array:
-    """Misfits of a pass; `worst`, more than any, where the figure was not found, as nothing fits nothing
-    perfectly."""
+    """Misfits of a pass; `worst`, more than any, where the figure was not found."""
     return np.array([max(e.misfit if e.outcome.measured else worst, LEAST) for e in way])
 
 

@@ -54,8 +54,7 @@ class Detections:
         )
 
     def named(self, figure: Figure, other: Figure) -> Self:
-        """The points of one figure as those of another, by names of joints; joints that it lacks are left
-        out."""
+        """The points of one figure as those of another, which may lack joints, by the joints' names."""
         names = tuple(figure.joints[joint] for joint in self.joint)
         return replace(self.of(other, names, self.pixels), doubt=self.doubt)
 

@@ -194,8 +194,7 @@ class Tracker:
 
     @property
     def _tempered(self) -> Settings:
-        """The settings with the points of a frame tempered so that those of a second count as at the usual
-        rate."""
+        """The settings, tempered so that the points of a second count as at the usual rate."""
         tempering = self.settings.tempering / often(self.slds.fps)
         return self.settings.model_copy(update={"tempering": tempering})
 

@@ -63,8 +63,7 @@ def started(y: Array, fps: float) -> Array:
 
 
 def _copy(y: Array, speed: float, size: float) -> Array:
-    """The poses played at `speed`, with angles' deviations from their mean and the root's travel times
-    `size`."""
+    """The poses played at `speed`, deviations of angles from their mean and the travel times `size`."""
     t = np.arange(len(y))
     played: Array = CubicSpline(t, y)(np.arange(0.0, t[-1] + 1e-9, speed))
     centre: Array = played.mean(0)

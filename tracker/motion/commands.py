@@ -56,8 +56,7 @@ def classify_table(task: Classify, overwrite: bool, progress: Progress) -> str:
 
 
 def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
-    """Write forecasts as a pose table: row t is that of frame t from the frames up to t - horizon; raises as
-    `classify_table`."""
+    """Write as a pose table forecasts of each frame t from those up to t - horizon; raises likewise."""
     places = task.places("predict")
     with _fresh(task, places, overwrite) as (table, plot):
         model, sequences, _ = _read(task, progress, task.show)
@@ -106,8 +105,7 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
 
 
 def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> str:
-    """Write a synthesised motion (`tracker.motion.free_run`) as a pose table with one sequence, and as a
-    clip; raises as `classify_table`."""
+    """Write a synthesised motion as a pose table with one sequence, and as a clip; raises likewise."""
     named, picture = task.places("synthesise")
     places = named, picture, None if task.no_clip else named.with_suffix(".mp4")
     with _fresh(task, places, overwrite) as (table, plot, film):

@@ -80,8 +80,7 @@ def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
 
 
 def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:
-    """The model with R raised to the noise of these sequences, the root's and the angles'; PosesError: one
-    has no measured number."""
+    """The model with R raised to the noise of these sequences; PosesError: one has no measured number."""
     for sequence in sequences:
         first_measured(sequence)
     ys = [centred(sequence.y) for sequence in sequences]

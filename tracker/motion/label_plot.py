@@ -29,8 +29,7 @@ def draw_labels(
     *,
     shares: bool,
 ) -> None:
-    """Draw a row for each sequence: the motion of every frame, above it the table's own labels, below it
-    probabilities if `shares`."""
+    """Draw a row for each sequence: the table's labels, below them the motions, then the `shares`."""
     rows = list(zip(sequences, labellings, strict=True))[:MOST_ROWS]
     known = dict.fromkeys(label for _, found in rows for label in found.labels)
     known |= dict.fromkeys(label for sequence, _ in rows for label in sequence.labels if label)

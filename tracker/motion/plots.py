@@ -31,8 +31,7 @@ GAP = "#dddddd"
 def draw_forecast(
     sequence: PoseSequence, mean: Array, sd: Array, path: Place, title: str, found: str = "forecast"
 ) -> None:
-    """Draw the poses `found` for each frame, (T + H, 8) in body units, NaN for none, beside the measured
-    ones."""
+    """Draw the poses `found`, (T + H, 8) in body units, NaN for none, beside the measured ones."""
     shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
     rows = 3 + _rooted(sequence)
     figure = Figure(figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, layout="constrained")
@@ -48,8 +47,7 @@ def draw_forecast(
 
 
 def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Place, title: str) -> None:
-    """Draw measured and filled angles, (T, 8) as in `fill.Filled`, and the figure across the longest gap,
-    or along all frames shown if there is none."""
+    """Draw measured and filled angles, as in `fill.Filled`, and the figure across the longest gap, if any."""
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
     if start == stop:

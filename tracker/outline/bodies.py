@@ -127,8 +127,7 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
 
 
 def _path(stage: Stage, first: int, every: int, seen: Array) -> Path:
-    """The path from places in the scene, sizes and scores (n, 4) in every `every`-th frame from `first`
-    on."""
+    """The path from places in the scene, sizes and scores (n, 4) in each `every`-th frame from `first` on."""
     last = first + (len(seen) - 1) * every
     last = len(stage) - 1 if last + every >= len(stage) else last
     times = np.arange(first, last + 1)

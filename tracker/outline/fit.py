@@ -207,8 +207,7 @@ def _as_marked(
 
 
 def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> Flags:
-    """(T, J) whether most of the axis of the link that ends at a joint stands out; for the base, the
-    trunk."""
+    """(T, J) whether most of the axis of the link that ends at a joint (the base: the trunk) stands out."""
     links = len(shape.figure.links)
     link, along = np.repeat(np.arange(links), len(ALONG)), np.tile(ALONG, links)
     places = surface(skeleton(shape.figure, q), link, along, np.zeros(len(link)))

@@ -47,8 +47,7 @@ def forget_occluders(stage: Stage, path: Path) -> None:
 
 
 def _occluders(part: Stage, hips: Array, by: float) -> tuple[Image, Ints]:
-    """A map of the scene, `by` places a pixel of the film, with 1 for what is in front; and the column and
-    row of its corner."""
+    """A map of the scene, `by` places a pixel, with 1 for what is in front; its corner's column and row."""
     shown, known, corners = _passing(part, hips, by)
     rows, columns = GRID.shape
     share = shown.sum(0) / np.maximum(known.sum(0), 1)

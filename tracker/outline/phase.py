@@ -103,8 +103,7 @@ def _periods(travel: float, seconds: float) -> Array:
 def _compared(
     stage: Stage, shape: Shape, cycles: Cycles, hips: Array, units: Array, neck: float
 ) -> tuple[Array, Array, Array]:
-    """(T, C, PHASES / 2) score of each half cycle's silhouettes, nats; and the best shift (.., 2) and
-    lean."""
+    """(T, C, PHASES / 2) score of each half cycle's silhouettes, nats; the best shift (.., 2) and lean."""
     q = poses(shape.figure, cycles.halves(neck, leans=LEANS))
     body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
     masks = np.stack([body, arms], axis=1).reshape(len(body), -1)

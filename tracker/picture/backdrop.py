@@ -142,8 +142,7 @@ def _difference(now: Planes, scene: Planes, known: Flags, area: tuple[slice, sli
 
 @compiled()
 def _nearest(here: Planes, scene: Planes, top: int, left: int, least: Planes) -> None:
-    """Write to `least` each place's squared distance of colour from the scene there or a step beside, the
-    less of both."""
+    """Write to `least` each place's least squared distance of colour from the scene within a step."""
     last_row, last_column = scene.shape[0] - 1, scene.shape[1] - 1
     for i in range(here.shape[0]):
         for j in range(here.shape[1]):

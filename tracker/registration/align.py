@@ -86,8 +86,7 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
 
 
 def _climb(objective: Objective, q: Array, lean: tuple[Array, Array]) -> Fit:
-    """Levenberg-Marquardt at one blur, all poses (H, D) together; `lean` holds the priors' means and
-    precisions."""
+    """Levenberg-Marquardt at one blur from poses (H, D); `lean` holds the priors' means and precisions."""
     fit, climbs = objective.begin(np.repeat(q, 2, axis=0)), Climbs.begin(len(q))
     for _ in range(objective.field.settings.iterations + 1):
         objective.lay(fit, (climbs.own ^ 1)[climbs.on])

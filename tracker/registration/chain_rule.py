@@ -311,8 +311,7 @@ def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
 def _moved(
     tree: Layout, start: Array, direction: Array, length: Array, i: int, M: Array, moving: Ints
 ) -> int:
-    """Write the motion of link i by the pose into M (5, D), and the freedoms that move it into `moving`;
-    returns their number."""
+    """Write link i's motion by the pose into M (5, D), the n freedoms that move it into `moving`; give n."""
     dx, dy = direction[i, 0], direction[i, 1]
     M[:, :] = 0.0
     M[0, 0], M[1, 0] = dx, -dy

@@ -205,8 +205,7 @@ def _look(
 
 @PART
 def _may_hide(pose: Pose, points: Points, tree: Layout, link: int, margin: float, found: Ints) -> int:
-    """Write the nearer links that reach into a circle around a link's points into `found`; returns how
-    many."""
+    """Write the n nearer links that reach into a circle around a link's points into `found`; returns n."""
     start, direction, length, size = pose
     least, most, wide = 0.0, 0.0, 0.0
     for p in range(points.first[link], points.first[link + 1]):

@@ -94,8 +94,7 @@ def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
 
 @cache
 def _worth(alike: float) -> Image:
-    """(256,) table of stored log odds for a film in which this share of the foreground looks like the
-    scene."""
+    """(256,) table of stored log odds if this share of the foreground looks like the scene."""
     odds = (np.arange(256) - NOTHING) / UNITS
     return np.asarray(np.rint(NOTHING + UNITS * np.log((1.0 - alike) * np.exp(odds) + alike)), dtype=np.uint8)
 
