@@ -87,38 +87,25 @@ class Poses:
     value: Array
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """Ah (T-1,B,d,N), noise H^-1 (T-1,B,d,d), offset (T-1,B,d) of the mean's step, apart (T-1,B,K d,N) the
-    stacked whitened A_i - Ah; information0 (B,N,N) and pull0 (B,N) of the first frame's mean."""
-
-    Ah: Array
-    noise: Array
-    offset: Array
-    apart: Array
-    information0: Array
-    pull0: Array
-
-
 def averaged(system: System, data: Data, prob: Array, mean: Array) -> Poses:
     """The best q(X) for the switching states' probabilities (T, B, K), stepping from any mean (T, B, N).
 
     A second-order mean repeats the pose before exactly. The nearer it is to the answer, the fewer digits
     rounding costs.
     """
-    steps = _backward(system, data, prob, mean)
-    mean, cov, lag = _forward(steps, mean)
+    Ah, noise, offset, apart, first = _backward(system, data, prob, mean)
+    mean, cov, lag = _forward(Ah, noise, offset, first, mean)
     N, K, d = mean.shape[-1], *system.white_b.shape
     error0, errors = _errors(system, mean)
     told = np.empty(prob.shape)
     spread = _traces(system.white0.reshape(K * N, N), cov[0], K)
     told[0] = -0.5 * ((error0**2).sum(-1) + spread + system.log_det0)
-    spread = _traces(system.white.reshape(K * d, d), steps.noise, K) + _traces(steps.apart, cov[:-1], K)
+    spread = _traces(system.white.reshape(K * d, d), noise, K) + _traces(apart, cov[:-1], K)
     told[1:] = -0.5 * ((errors**2).sum(-1) + spread + system.log_det)
     residual = data.white_y - apply(data.white_C, mean)
     value = -((residual**2).sum(-1) + (data.information * cov).sum((-1, -2)) + data.log_det)
     value[0] += np.linalg.slogdet(cov[0])[1] + N * (1.0 + LOG_2PI)
-    value[1:] += np.linalg.slogdet(steps.noise)[1] + d * (1.0 + LOG_2PI)
+    value[1:] += np.linalg.slogdet(noise)[1] + d * (1.0 + LOG_2PI)
     return Poses(mean, cov, lag, told, 0.5 * np.where(data.within, value, 0.0).sum(0))
 
 
@@ -164,8 +151,14 @@ def beside(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Da
     )
 
 
-def _backward(system: System, data: Data, prob: Array, mean: Array) -> _Steps:
-    """Information and information vector of all later frames, from the last frame to the first."""
+def _backward(
+    system: System, data: Data, prob: Array, mean: Array
+) -> tuple[Array, Array, Array, Array, tuple[Array, Array]]:
+    """The steps, from the information and information vector of all later frames, the last frame first.
+
+    Ah (T-1,B,d,N), noise H^-1 (T-1,B,d,d), offset (T-1,B,d) of the mean's step, the stacked whitened A_i - Ah
+    (T-1,B,K d,N); and of the first frame's mean (B,N,N) and (B,N).
+    """
     T, B, N = mean.shape
     K, d = system.white_b.shape
     white, white_A = system.white.reshape(K * d, d), system.white_A.reshape(K * d, N)
@@ -200,24 +193,25 @@ def _backward(system: System, data: Data, prob: Array, mean: Array) -> _Steps:
         pull = measured[t] + pull_before[t] + apply(transpose(F), pull)
     L = L + _average(prob[0], transpose(system.white0) @ system.white0)
     pull = pull - (prob[0][:, :, None] * apply(transpose(system.white0), error0)).sum(1)
-    return _Steps(Ah, symmetric(noise), offset, apart, L, pull)
+    return Ah, symmetric(noise), offset, apart, (L, pull)
 
 
-def _forward(steps: _Steps, mean: Array) -> tuple[Array, Array, Array]:
+def _forward(
+    Ah: Array, noise: Array, offset: Array, first: tuple[Array, Array], mean: Array
+) -> tuple[Array, Array, Array]:
     """Mean, covariance and lag of all frames, from the first on."""
     T, B, N = mean.shape
-    d = steps.noise.shape[-1]
+    d, (information, pull) = noise.shape[-1], first
     step, cov, lag = np.empty((T, B, N)), np.empty((T, B, N, N)), np.empty((T - 1, B, N, N))
-    cov[0] = np.linalg.inv(steps.information0)
+    cov[0] = np.linalg.inv(information)
     cov[0] = symmetric(cov[0])
-    step[0] = apply(cov[0], steps.pull0)
+    step[0] = apply(cov[0], pull)
     for t in range(1, T):
-        Ah = steps.Ah[t - 1]
-        step[t, :, :d] = apply(Ah, step[t - 1]) + steps.offset[t - 1]
+        step[t, :, :d] = apply(Ah[t - 1], step[t - 1]) + offset[t - 1]
         step[t, :, d:] = step[t - 1, :, : N - d]
-        lag[t - 1, :, :d] = Ah @ cov[t - 1]
+        lag[t - 1, :, :d] = Ah[t - 1] @ cov[t - 1]
         lag[t - 1, :, d:] = cov[t - 1, :, : N - d]
-        cov[t, :, :d, :d] = symmetric(lag[t - 1, :, :d] @ transpose(Ah)) + steps.noise[t - 1]
+        cov[t, :, :d, :d] = symmetric(lag[t - 1, :, :d] @ transpose(Ah[t - 1])) + noise[t - 1]
         cov[t, :, :, d:] = lag[t - 1, :, :, : N - d]
         cov[t, :, d:, :d] = transpose(lag[t - 1, :, :d, : N - d])
     return mean + step, cov, lag
