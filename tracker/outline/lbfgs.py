@@ -6,7 +6,6 @@ an eighth of a second and 20 MB.
 
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,14 +16,7 @@ ENOUGH = 1e-3  # least decrease of the cost as a share of the decrease that the 
 HALVINGS = 20  # largest number of halvings of a step
 
 Cost = Callable[[Array], tuple[float, Array]]
-
-
-class Step(NamedTuple):
-    """A step (N,), the change (N,) of the slope over it, and their scalar product."""
-
-    way: Array
-    change: Array
-    curvature: float
+Step = tuple[Array, Array, float]  # a step (N,), the change (N,) of the slope over it, and their product
 
 
 def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, float]:
@@ -51,10 +43,10 @@ def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, floa
             share *= 0.5
         else:
             break
-        step = Step(share * way, there - slope, float(share * way @ (there - slope)))
-        if step.curvature > 0.0:  # else the estimated Hessian would not be positive definite
-            steps.append(step)
-        gain, x, value, slope = value - lower, x + step.way, lower, there
+        step, change = share * way, there - slope
+        if (curvature := float(step @ change)) > 0.0:  # else the Hessian would be indefinite
+            steps.append((step, change, curvature))
+        gain, x, value, slope = value - lower, x + step, lower, there
         if gain <= small * max(abs(value), 1.0):
             break
     return x, value
@@ -63,11 +55,12 @@ def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, floa
 def direction(slope: Array, steps: deque[Step]) -> Array:
     """Minus the slope (N,) times the inverse Hessian estimated from the last steps."""
     way, shares = -slope, []
-    for step in reversed(steps):
-        shares.append(float(step.way @ way) / step.curvature)
-        way = way - shares[-1] * step.change
+    for step, change, curvature in reversed(steps):
+        shares.append(float(step @ way) / curvature)
+        way = way - shares[-1] * change
     if steps:
-        way = way * (steps[-1].curvature / float(steps[-1].change @ steps[-1].change))
-    for step in steps:
-        way = way + (shares.pop() - float(step.change @ way) / step.curvature) * step.way
+        _, change, curvature = steps[-1]
+        way = way * (curvature / float(change @ change))
+    for step, change, curvature in steps:
+        way = way + (shares.pop() - float(change @ way) / curvature) * step
     return way

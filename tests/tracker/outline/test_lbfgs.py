@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fmin_l_bfgs_b
 
-from tracker.outline.lbfgs import REMEMBERED, Step, direction, lowest
+from tracker.outline.lbfgs import REMEMBERED, direction, lowest
 
 N = 30
 SMALL = 2e-9  # gain with which a search ends
@@ -70,8 +70,9 @@ def test_a_bent_valley_is_followed_to_its_end(rng):
 
 def test_the_direction_is_that_of_the_inverse_that_bfgs_updates(rng, hessian):
     moved = [rng.normal(size=N) for _ in range(4)]
-    steps = deque(Step(s, hessian @ s, float(s @ hessian @ s)) for s in moved)
-    inverse = np.eye(N) * steps[-1].curvature / (steps[-1].change @ steps[-1].change)
+    steps = deque((s, hessian @ s, float(s @ hessian @ s)) for s in moved)
+    _, y, sy = steps[-1]
+    inverse = np.eye(N) * sy / (y @ y)
     for s, y, sy in steps:  # Nocedal and Wright (2006), equation 6.17
         less = np.eye(N) - np.outer(s, y) / sy
         inverse = less @ inverse @ less.T + np.outer(s, s) / sy
