@@ -65,11 +65,7 @@ class Anchor:
 def passed(
     tracker: Tracker, state: State, anchor: Anchor, image: Image, place: Array | None = None
 ) -> tuple[State, Estimate]:
-    """The step to an anchor, from the belief, or as a new start if it is far off or the figure was lost.
-
-    Args:
-        place: of the camera, as in `Tracker.with_scene`.
-    """
+    """The step to an anchor, from the belief, or as a new start if it is far off or the figure was lost."""
     proposed = tracker.proposed(state.belief)
     priors = tracker.pose(proposed.states)
     state = tracker.with_scene(state, image, priors, place)

@@ -54,12 +54,7 @@ class Passage:
     def run(
         self, frame: int, state: State, estimate: Estimate, image: Image, images: Iterable[Image]
     ) -> Iterator[Estimate]:
-        """Estimates from the start frame on.
-
-        Args:
-            image: picture of the start frame.
-            images: of the frames after it in this direction.
-        """
+        """Estimates from the start frame, of this image, on; `images` follow it in this direction."""
         last, frames, images = frame, count(frame + self.way, self.way), chain([image], images)
         yield estimate
         followed = self._steps(self.tracker, state, estimate, frames, images)

@@ -49,12 +49,7 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
     """The belief in the first frame of a smoothed run, from which to follow in the opposite direction.
 
     A second-order state holds the pose and the one before it, which is the one after in the other direction.
-    The switching state is left open.
-
-    Args:
-        slds: model of the run, or its time reversal.
-        first: filtered belief in the run's first frame.
-        second: smoothed belief in the frame after.
+    The switching state is left open. `first` is filtered, `second`, of the frame after, smoothed.
     """
     s, h = second.s[0], second.parent[0]
     there = second.states[0]

@@ -73,12 +73,7 @@ class Tracker:
     def step(
         self, state: State, image: Image, detections: Detections | None = None, place: Array | None = None
     ) -> tuple[State, Estimate]:
-        """Follow the figure into the next frame.
-
-        Args:
-            detections: narrow the priors from which registration climbs.
-            place: of the camera, as in `with_scene`.
-        """
+        """Follow the figure into the next frame; detections narrow the priors; `place` as in `with_scene`."""
         proposed, before = self.proposed(state.belief), state.outcome
         state = self.with_scene(state, image, self.pose(proposed.states), place)
         here = self.shifted(state.shift)

@@ -26,12 +26,7 @@ class Chain:
 
     @classmethod
     def of(cls, T: int, spread: Array, change: Array) -> Self:
-        """The chains of T frames.
-
-        Args:
-            spread: (D,) standard deviation of each value about 0.
-            change: (D,) standard deviation of its change from frame to frame.
-        """
+        """The chains of T frames; standard deviations (D,) of values about 0 and of their change a frame."""
         sides = np.full((T, 1), 2.0)
         sides[[0, -1]] -= 1.0
         diagonal = 1.0 / spread**2 + sides * (T > 1) / change**2

@@ -42,12 +42,9 @@ class Cycles:
         return "run" if self.runs[cycle] > 0.5 else "walk"
 
     def halves(self, neck: float, every: int = 1, leans: Array = UPRIGHT) -> Array:
-        """(n, C, P, 8) angles of the first half of every cycle, with the trunk leaning further forward.
+        """(n, C, P, 8) angles of the first half of every cycle, at each `every`-th phase.
 
-        Args:
-            neck: angle of the neck, radians.
-            every: step between the phases taken.
-            leans: (n,) radians added to the trunk's angle.
+        `neck` is the neck's angle, `leans` (n,) are added to the trunk's, radians.
         """
         angles = np.tile(self.pose[:, : PHASES // 2 : every], (len(leans), 1, 1, 1))
         angles[..., TRUNK] += leans[:, None, None]

@@ -17,12 +17,7 @@ LITTLE = 0.01, 0.1  # nats times square leg lengths, and square leg lengths, tha
 
 
 def spread(shape: Shape, q: Array, odds: Planes, grid: Grid) -> Array:
-    """(T,) spread of the joints of an outline, leg lengths.
-
-    Args:
-        q: (T, D) poses fitted to the outlines.
-        odds: (T, *grid.shape) log odds around them.
-    """
+    """(T,) spread of the joints of poses (T, D), leg lengths, by the log odds (T, *grid.shape) there."""
     place, found = grid.density**-2, np.empty(len(q))
     # Frame by frame, since silhouettes of a whole film would take hundreds of megabytes.
     for t, seen in enumerate(odds):

@@ -94,11 +94,7 @@ def _steady(part: Stage, hips: Array) -> Array:
 
 
 def _large(front: Flags, passed: Ints) -> Flags:
-    """The regions of places in front that may be occluders.
-
-    Args:
-        passed: columns that the figure passes, ascending.
-    """
+    """The regions of places in front that may be occluders; `passed` columns, ascending, are those walked."""
     closed = cv2.morphologyEx(front.astype(np.uint8), cv2.MORPH_CLOSE, SQUARE)
     count, regions, about, _ = cv2.connectedComponentsWithStats(closed, connectivity=4)
     first, width = about[:, cv2.CC_STAT_LEFT], about[:, cv2.CC_STAT_WIDTH]

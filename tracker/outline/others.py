@@ -34,12 +34,9 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
 
 
 def forget_others(stage: Stage, own: Path, everybody: list[Path]) -> None:
-    """Set the places of other people to unknown; changes the stage's log odds.
+    """Set the places of all but one of everybody to unknown; changes the stage\'s log odds.
 
-    Args:
-        own: path of the person who stays.
-        everybody: the paths of all people; outside the frames of `own`, bodies within a leg length of its
-            prolongation stay too.
+    Outside the frames of that path, bodies within a leg length of its prolongation stay too.
     """
     down, place = np.linalg.inv(stage.up), _prolonged(stage, own)
     columns = np.arange(stage.odds.shape[2])

@@ -184,11 +184,8 @@ def _direction(stage: Stage, outline: Outline) -> int:
 def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:
     """The frame that shows the figure best among those with the ankles about as far apart as they come.
 
-    Frames in which every link stands out from the scene are preferred, and those in which the limbs have
-    about their usual length.
-
-    Args:
-        sure: frames that are preferred.
+    Preferred are frames that are `sure`, those in which every link stands out from the scene, and those in
+    which the limbs have about their usual length.
     """
     size = np.array(stage.odds.shape[:0:-1]) * np.diag(stage.up)[:2]
     shown = np.all((outline.joints > EDGE * size) & (outline.joints < (1.0 - EDGE) * size), axis=(1, 2))

@@ -172,11 +172,7 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
 
 @INLINED
 def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> tuple[int, int]:
-    """Columns among j0 .. j1 - 1 within the half width of a bar, in a row at body height y.
-
-    Args:
-        left: x of the grid's first column, body coordinates.
-    """
+    """Columns among j0 .. j1 - 1 within a bar in a row at height y; the first is at x `left`."""
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
     if abs(along_y) < LEVEL:
         return j0, j1

@@ -11,24 +11,16 @@ REACH = 4.0  # standard deviations at which a Gaussian is cut off
 
 
 def smooth(values: Array, spread: float) -> Array:
-    """(T, ...) means weighted by a Gaussian; values are continued beyond the ends.
-
-    Args:
-        values: (T, ...) of frames.
-        spread: standard deviation of the Gaussian, frames.
-    """
+    """(T, ...) means weighted by a Gaussian of this spread, frames; values go on beyond the ends."""
     reach = round(REACH * spread)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / spread) ** 2)
     return sums_around(values, weights / weights.sum(), "edge")
 
 
 def sums_around(values: Array, weights: Array, beyond: Literal["edge", "constant"] = "constant") -> Array:
-    """(T, ...) weighted sums of each frame's value and its neighbours'.
+    """(T, ...) sums of each frame's value and its neighbours' with weights (2 R + 1,), R frames before first.
 
-    Args:
-        values: (T, ...) of frames.
-        weights: (2 R + 1,) from R frames before to R frames after.
-        beyond: values beyond the ends: "edge" the value there, "constant" 0.
+    Values beyond the ends are those there ("edge") or 0 ("constant").
     """
     reach = len(weights) // 2
     padded = np.pad(values, [(reach, reach)] + [(0, 0)] * (values.ndim - 1), mode=beyond)

@@ -94,11 +94,7 @@ class Stage:
         return np.asarray(np.einsum("tij,tj->ti", self.places[:, :2], _with_one(pixels)))
 
     def travel(self, hips: Array, units: Array) -> float:
-        """Travel of a hip over the scene to the right, from the first to the last frame, leg lengths.
-
-        Args:
-            hips, units: as in `around`.
-        """
+        """Travel of a hip, as in `around`, to the right over the scene in all the frames, leg lengths."""
         begins, ends = self.in_scene(hips)[[0, -1], 0]
         return float((ends - begins) / np.median(units * self.zoom))
 

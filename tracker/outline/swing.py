@@ -23,13 +23,7 @@ TOGETHER = 8.0  # number of neighbouring frames with correlated errors, at 30 a 
 
 
 def swing(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: Flags) -> float:
-    """Evidence that the leg named near is in front, standard errors; negative if the far one is.
-
-    Args:
-        q: (T, D) poses.
-        hips, units: as in `Stage.around`.
-        seen: (T,) whether the outline is seen.
-    """
+    """Evidence that the leg named near is in front, standard errors, as by `nearness`."""
     step = round(stage.often)
     if len(q) <= 2 * step:
         return 0.0

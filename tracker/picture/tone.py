@@ -15,13 +15,7 @@ SMOOTH = 17  # levels over which the histogram is smoothed, so that a flat backg
 
 
 def tone_curve(image: Image, box: Box, share: float) -> Image:
-    """(256,) new value of each grey level.
-
-    Args:
-        image: (H, W, 3) RGB.
-        box: (x0, y0, x1, y1) pixels around the figure.
-        share: of the way to histogram equalisation.
-    """
+    """(256,) new grey levels: this share of the way to equal numbers of each within a box of an RGB image."""
     H, W = image.shape[:2]
     x0, y0, x1, y1 = np.clip(box, 0, (W - 1, H - 1, W - 1, H - 1)).astype(int)
     grey = cv2.cvtColor(np.ascontiguousarray(image[y0 : y1 + 1, x0 : x1 + 1]), cv2.COLOR_RGB2GRAY)

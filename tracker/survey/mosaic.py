@@ -68,23 +68,16 @@ class Scene:
         return _seen(self.lab, way, size), _seen(self.spread, way, size), known
 
     def light(self, image: Image, place: Array) -> Light:
-        """The light of a picture.
-
-        Args:
-            image: (h, w, 3) Lab, uint8.
-            place: (3, 3) map from its pixels to those of the first frame.
-        """
+        """The light of a picture (h, w, 3), Lab, uint8, with a place as in `seen`."""
         some = image[::SOME, ::SOME]
         lab, _, known = self.seen(place @ np.diag([SOME, SOME, 1.0]), some.shape[1::-1])
         return light_of(some, lab, known)
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
-    """The scene from small pictures, in their median light if their light changes as a whole.
+    """The scene from small pictures (h, w, 3), Lab, uint8, with places as in `Scene.seen`.
 
-    Args:
-        images: (h, w, 3) Lab, uint8.
-        places: for each the (3, 3) map from its pixels to those of the first frame.
+    It has their median light if their light changes as a whole.
     """
     as_filmed = scene = _scene(images, places)
     for _ in range(ROUNDS):
