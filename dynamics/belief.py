@@ -63,11 +63,7 @@ def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
 
 
 def of_every_state(slds: SLDS, states: Gaussian, log_lik: Array | float = 0.0) -> Belief:
-    """One hypothesis (K, n) a switching state, each as probable as its state is in a first frame.
-
-    Args:
-        log_lik: (K,) of what was measured, nats.
-    """
+    """One hypothesis (K, n) a switching state, as probable as in a first frame with log_lik (K,), nats."""
     every = np.arange(slds.K)
     return Belief(states, -slds.log_pi0 - log_lik, every, every, np.ones(slds.K))
 

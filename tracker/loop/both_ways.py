@@ -74,10 +74,8 @@ class Passage:
     ) -> Iterator[tuple[int, Image, State, Estimate]]:
         """Follow the figure into further frames of either direction.
 
-        In a picture that repeats the one before, nothing has moved: state and estimate stay.
-
-        Args:
-            images: of the frame of `state`, and of `frames`.
+        In a picture that repeats the one before, nothing has moved: state and estimate stay. The first image
+        is that of `state`.
         """
         alike = 1
         for frame, (before, image) in zip(frames, pairwise(images), strict=False):

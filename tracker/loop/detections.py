@@ -78,12 +78,7 @@ class Detector:
     doubt: float = 1.0
 
     def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
-        """The likelihood of the points under each of `Detections.ways`, a leading axis, including its prior
-        cost.
-
-        Args:
-            priors: mean (H, D), cov (H, D, D) over the pose.
-        """
+        """The likelihood for H priors of the pose of each of `Detections.ways` (W, ...), with prior costs."""
         doubted = replace(self, doubt=found.doubt)
         joint, place = found.ways(self.figure), self.view.to_body(found.pixels)
         layout, spread = self.figure.layout, doubted._spread

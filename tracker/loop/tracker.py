@@ -142,8 +142,7 @@ class Tracker:
     def with_scene(self, state: State, image: Image, priors: Gaussian, place: Array | None = None) -> State:
         """The state with camera and background updated from a frame; the figure is in a pose of (H, D).
 
-        Args:
-            place: of the camera, (3, 3) as in `tracker.picture.camera`; None if the frame is to tell it.
+        A `place` of the camera, (3, 3) as in `tracker.picture.camera`, counts instead of the frame's own.
         """
         if state.camera is not None:
             around = self.shifted(state.shift)._around(priors)

@@ -143,11 +143,7 @@ def learn_strides(
 ) -> Stride:
     """One model of several motions from harmonic strides; of the options, rounds and seed are used.
 
-    Args:
-        tick: called after each round of each motion.
-
-    Raises:
-        ValueError: no sequences, or none of a motion that is long enough.
+    `tick` is called after each round of each motion. ValueError: no sequences, or none long enough.
     """
     models = [
         learn_stride(

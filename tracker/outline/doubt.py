@@ -36,10 +36,7 @@ def in_standard_errors(evidence: Array, together: float) -> float:
     """The mean of frames' evidence (n,) in the standard errors that it has if its true mean is zero.
 
     So measured, a difference that lasts counts no more than chance could make it last: at most
-    sqrt(n / together).
-
-    Args:
-        together: number of neighbouring frames with correlated errors; 0 is returned for fewer.
+    sqrt(n / together), for so many neighbouring frames with correlated errors; 0 for fewer frames.
     """
     if len(evidence) < together:
         return 0.0

@@ -130,11 +130,9 @@ def _compared(
 
 
 def _shifted(used: Ints, around: Grid, edge: tuple[int, int]) -> Ints:
-    """(P, shifts) flat indices of places in two layers of a wider grid under every shift.
+    """(P, shifts) flat indices of places in two layers of a grid wider by `edge` columns and rows, shifted.
 
-    Args:
-        used: (P,) flat indices of the places in two layers of GRID.
-        edge: columns and rows by which the grid is wider.
+    `used` (P,) are those of the places in two layers of GRID.
     """
     layer, row, column = (each[:, None, None] for each in np.unravel_index(used, (2, *GRID.shape)))
     rows, columns = row + ROWS_OFF[:, None] + edge[1], column + COLUMNS_OFF + edge[0]

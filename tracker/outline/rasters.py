@@ -112,10 +112,8 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
 def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, shared: bool) -> None:
     """Add the derivatives by the motions of one bar to `motion` (5,).
 
-    The motions are along the link, across it, length (log), turn, size (log).
-
-    Args:
-        pull: (h, w) derivative of the sum by m; multiplied by 1 - m if `shared`.
+    The motions are along the link, across it, length (log), turn, size (log); `pull` (h, w) is the derivative
+    of the sum by m, times 1 - m if `shared`.
     """
     i0, i1, j0, j1 = _window(pull.shape, corner, step, bar)
     slope, soft = bar[7], bar[8]

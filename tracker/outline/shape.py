@@ -88,9 +88,7 @@ class Shape:
     def places(self, bones: Skeleton, links: list[int], along: Array, across: Array) -> Array:
         """(T, P, 2) places on links, body coordinates; P counts links, `along` and `across` in this order.
 
-        Args:
-            along: shares of a link's length.
-            across: shares of the half width there, to the left when looking along the link.
+        These are shares of a link's length, and of its half width there to the left as seen along the link.
         """
         link, u, share = (each.ravel() for each in np.meshgrid(links, along, across, indexing="ij"))
         first, last, start, tip, beside = self.bars[link].T

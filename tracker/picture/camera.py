@@ -92,11 +92,7 @@ class Camera:
         return np.asarray((middle - self.place @ middle)[:2])
 
     def follow(self, image: Image, box: Box | None = None, place: Array | None = None) -> Self:
-        """The camera in the next frame, which has this image and box.
-
-        Args:
-            place: of the camera in it, if that is known.
-        """
+        """The camera in the next frame, which has this image, box and, if it is known, place."""
         if place is not None:
             up, moves = _up(image), self.moves or not np.array_equal(place, IDENTITY)
             return type(self)(image, box, None, np.linalg.inv(up) @ place @ up, True, moves)
@@ -188,12 +184,9 @@ def _as_bright(grey: Image, key: Image) -> Image:
 
 
 def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> tuple[Array, bool] | None:
-    """(3, 3) map from a frame's pixels to the key frame's, and whether ENOUGH corners agree; None as for
-    `_place`.
+    """(3, 3) map from a frame's pixels to the key frame's, and whether ENOUGH corners agree; or None.
 
-    Args:
-        way: (3, 3) approximate map from the key frame's pixels to the frame's.
-        halvings: of the picture, at which following the corners begins.
+    `way` is about the map the other way. Following the corners begins at so many halvings of the picture.
     """
     found, status, _ = cv2.calcOpticalFlowPyrLK(
         key.grey,
@@ -242,10 +235,7 @@ def _nearer_at(corners: Planes, one: tuple[Image, Image], other: tuple[Image, Im
 
 def _apart(key: Key, grey: Image, back: Array) -> tuple[Image, Image]:
     """Difference of a frame from the key frame in every second row and column, grey levels, at most OTHER;
-    and 255 where the frame shows what the key frame shows beside the figure.
-
-    Args:
-        back: (3, 3) map from the frame's pixels to the key frame's.
+    and 255 where it shows what the key frame does beside the figure. `back` (3, 3) maps it to the key frame.
     """
     before = key.grey[::2, ::2]
     there, shown, size = grey[::2, ::2], key.beside[::2, ::2], before.shape[::-1]

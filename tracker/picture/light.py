@@ -28,12 +28,9 @@ class Light:
 
 
 def light_of(image: Image, lab: Planes, known: Flags) -> Light:
-    """The light of a picture; that of the scene if nothing of the scene is known there.
+    """The light of a picture (h, w, 3), Lab, uint8, by the scene's grey levels where these are known (h, w).
 
-    Args:
-        image: (h, w, 3) Lab, uint8.
-        lab: (h, w, 3) the scene's grey levels in it.
-        known: (h, w) whether the scene is known.
+    It is that of the scene if they nowhere are.
     """
     known = known & (image[..., 0] < WHITE) & (lab[..., 0] < WHITE)
     if not known.any():

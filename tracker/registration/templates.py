@@ -79,11 +79,7 @@ class Templates:
 def cut(
     figure: Figure, view: View, q: Array, levels: list[Level], settings: Settings, placed: Flags | None = None
 ) -> Templates:
-    """Templates of every link, cut from the frame at a pose.
-
-    Args:
-        placed: (L,) whether the place of each link is known, None for all; other links stay unknown.
-    """
+    """Templates of every link, cut from a frame at a pose; links that are not `placed` (L,) stay unknown."""
     link, along, across, weight = _grid(figure, settings)
     bones = skeleton(figure, q)
     points = surface(bones, link, along, across)

@@ -60,13 +60,7 @@ FULL_OF_SHADOWS = Expected(shaded=0.2)
 
 
 def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUAL) -> Image:
-    """(h, w) log odds R of a small picture, stored as NOTHING + UNITS R.
-
-    Args:
-        image: (h, w, 3) Lab, uint8.
-        place: (3, 3) map from its pixels to those of the first frame.
-        expected: prior shares of grey clothes, shadow and hidden foreground.
-    """
+    """(h, w) log odds R, stored as NOTHING + UNITS R, of a picture (h, w, 3), Lab; place as in `Scene`."""
     lab, spread, known = scene.seen(place, image.shape[1::-1])
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3]]
     light = (np.median(apart, axis=0) if len(apart) else np.zeros(3)).astype(np.float32)
@@ -81,9 +75,7 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
 def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
     """(2, 256) log densities of foreground at each lightness: of any colour, and of grey at chroma 0.
 
-    Args:
-        grey: share of grey foreground.
-        chroma: standard deviation of its chroma.
+    A share `grey` of it is grey, with this standard deviation of its chroma.
     """
     lightness = -np.log(FULL * scene.contrast)
     any_chroma = np.maximum(CHROMAS * apart(np.arange(256.0), scene.contrast), FEWEST)

@@ -56,11 +56,7 @@ class Scene:
     steady: bool = True
 
     def seen(self, place: Array, size: tuple[int, int]) -> tuple[Planes, Planes, Flags]:
-        """`lab`, `spread` and `known` in a picture of this width and height.
-
-        Args:
-            place: (3, 3) map from its pixels to those of the first frame.
-        """
+        """`lab`, `spread` and `known` in a picture of this size, whose place maps it to the first frame."""
         way = place.copy()
         way[:2, 2] -= self.corner
         share = cv2.warpAffine(np.uint8(255) * self.known, way[:2], size, flags=LINEAR)

@@ -45,11 +45,8 @@ class Survey:
     ) -> Iterator[tuple[Image, Image, float]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, both in the scene's light, and the
         share of it that the frame had, see `tracker.survey.evidence` and `tracker.picture.light`. Of a frame
-        that hardly shows the scene, such as a flash or a fade, nothing is told.
-
-        Args:
-            images: as surveyed; read only if no small pictures are held.
-            expected: prior shares of grey clothes, shadow and hidden foreground.
+        that hardly shows the scene, such as a flash or a fade, nothing is told. The images, as surveyed, are
+        read only if no small pictures are held.
         """
         down = np.linalg.inv(self.up)
         labs = self.held if len(self.held) else (_lab(image, self.size) for image in images)
