@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joint_jacobian, joints, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import FREEDOM, HEAVIEST, LONGEST, descend, laid_out, settled, weighed
+from tracker.registration.chain_rule import FREEDOM, HEAVIEST, LONGEST, descend, settled, weighed
 from tracker.registration.records import FIRST, Climbs, Weights
 
 
@@ -19,12 +19,6 @@ def figure(request):
 @pytest.fixture
 def poses(figure, rng):
     return np.array([random_pose(figure, rng, size=0.3) for _ in range(4)])
-
-
-def test_links_are_laid_out_as_the_scaled_prismatic_model_has_them(figure, poses):
-    got, want = laid_out(figure.layout, poses), skeleton(figure, poses)
-    for name in ("start", "direction", "length", "size"):
-        assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-12, atol=1e-12)
 
 
 def laying(figure, q, rng):
