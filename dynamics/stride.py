@@ -102,11 +102,6 @@ def slopes(phase: Array, size: int) -> Array:
     return out
 
 
-def half_a_stride_on(size: int) -> Array:
-    """(size,) factors from the coefficients at phi to those at phi + pi: odd harmonics change sign."""
-    return np.asarray((-1.0) ** orders(size))
-
-
 def orders(size: int) -> Ints:
     """(size,) which harmonic each entry of the basis is, 0 the constant."""
     return np.asarray((np.arange(size) + 1) // 2)

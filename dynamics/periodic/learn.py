@@ -20,7 +20,7 @@ from scipy.linalg import solve_triangular
 from dynamics.gaussian import Array, Ints, symmetric
 from dynamics.layout import among
 from dynamics.periodic.fit import Fit, Stretch
-from dynamics.stride import Stride, half_a_stride_on, harmonics, orders
+from dynamics.stride import Stride, harmonics, orders
 
 HARMONICS = 5
 LONGEST, LEAST = 3.2, 0.6  # largest and least duration of a piece, seconds
@@ -156,7 +156,8 @@ def mirror_matrix(stride: Stride, twins: Ints) -> Array:
     """(Z, Z) matrix from a stretch's numbers to those of its mirror image."""
     M, size, Z = len(stride.names), stride.basis, stride.mean.shape[1]
     F = np.eye(Z)
-    F[: M * size, : M * size] = np.kron(np.eye(M)[twins], np.diag(half_a_stride_on(size)))
+    # Half a stride on odd harmonics change sign.
+    F[: M * size, : M * size] = np.kron(np.eye(M)[twins], np.diag((-1.0) ** orders(size)))
     return F
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dynamics.stride import Stride, combine_strides, half_a_stride_on, harmonics
+from dynamics.stride import Stride, combine_strides, harmonics, orders
 
 NAMES = ("root_x", "torso", "hip_near", "hip_far")
 TWINS = np.array([0, 1, 3, 2])
@@ -16,10 +16,10 @@ def little(rng, *, speed=6.0, hurry=0.5, label="walk", drift=0.2):
     c = np.zeros((M, SIZE))
     c[1] = [0.1, 0.0, 0.0, 0.03, 0.02]
     c[2] = [0.1, 0.4, 0.0, 0.05, 0.1]
-    c[3] = c[2] * half_a_stride_on(SIZE)
+    c[3] = c[2] * (-1.0) ** orders(SIZE)
     c[0, 3] = 0.02
     mean = np.concatenate([c.ravel(), [speed, 1.4]])
-    half = np.kron(np.eye(M)[TWINS], np.diag(half_a_stride_on(SIZE)))
+    half = np.kron(np.eye(M)[TWINS], np.diag((-1.0) ** orders(SIZE)))
     F = np.eye(Z)
     F[: M * SIZE, : M * SIZE] = half
     loose = 0.01 * rng.normal(size=(Z, Z)) + np.diag(np.append(np.full(M * SIZE, 0.03), [hurry, 0.1]))
