@@ -90,8 +90,7 @@ class Poses:
 def averaged(system: System, data: Data, prob: Array, mean: Array) -> Poses:
     """The best q(X) for the switching states' probabilities (T, B, K), stepping from any mean (T, B, N).
 
-    A second-order mean repeats the pose before exactly. The nearer it is to the answer, the fewer digits
-    rounding costs.
+    A second-order mean repeats the pose before exactly. The nearer the answer, the less rounding costs.
     """
     Ah, noise, offset, apart, first = _backward(system, data, prob, mean)
     mean, cov, lag = _forward(Ah, noise, offset, first, mean)

@@ -36,8 +36,8 @@ def forward_backward(
         lengths: (B,) frames of each sequence, 1 or more.
 
     Returns:
-        prob (T, B, K) Pr(s_t), pair (T-1, B, K, K) Pr(s_t = i, s_{t+1} = j), and (B,) log of the sum over
-        all paths, nats.
+        prob (T, B, K) Pr(s_t), pair (T-1, B, K, K) Pr(s_t = i, s_{t+1} = j), and (B,) log of all paths'
+        sum, nats.
     """
     T, B, _ = log_lik.shape
     filtered, log_norm = np.empty_like(log_lik), np.empty((T, B))

@@ -46,8 +46,7 @@ def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = No
 def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Switching]:
     """The switching states alone; arguments and errors as `gpb2_all`.
 
-    The backward pass of the switching states needs only the filter's weights, so x is neither kept nor
-    smoothed.
+    Their backward pass needs only the filter's weights, so x is neither kept nor smoothed.
     """
 
     def infer(frames: Frames) -> list[Switching]:

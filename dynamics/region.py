@@ -72,8 +72,7 @@ def log_switch(slds: SLDS, reach: Regions, x: Array, weight: float = 1.0) -> Arr
 
 
 def drawn(slds: SLDS, weight: float) -> SLDS:
-    """The system whose steps are drawn towards the region of their state; `weight` is the power of its
-    density.
+    """The system whose steps are drawn towards the region of their state; `weight` is its power.
 
     With F = regard and mean m, cov V of the region, the product of both Gaussians is, for the gain g = Q F'
     (F Q F' + V / weight)^-1, one with A - g F A, b + g (m - F b) and Q - g F Q.

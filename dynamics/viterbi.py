@@ -9,8 +9,7 @@ Only the innovation is needed to choose the predecessor j of a state i. With G_i
 
     e_ji = y_t - C b_i - G_i x_j,   S_ji = G_i P_j G_i' + C Q_i C' + R,
 
-and just the K chosen beliefs are predicted and updated in full (`dynamics.pairs`). Time grows with K^2,
-memory with T.
+and just the K chosen beliefs are predicted and updated in full (`dynamics.pairs`).
 """
 
 from collections.abc import Sequence

@@ -29,8 +29,7 @@ def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
     """Read an AMC file and place the ends of the bones of its skeleton (`find_skeleton`).
 
     The format does not say the frames a second. Joints are named after the bone that ENDS there ("ltibia" is
-    the left ankle), and "root". MotionError: a file cannot be read or is malformed; the message names the
-    line.
+    the left ankle), and "root". MotionError names the line of a malformed file.
     """
     lines = read_lines(path)
     bones, parents = _read_skeleton(find_skeleton(path))

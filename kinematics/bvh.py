@@ -58,8 +58,7 @@ class _Joint:
 
 
 def read_bvh(path: str | Path) -> Capture:
-    """Read a BVH file and place its joints. MotionError: it cannot be read or is malformed; the message names
-    the line.
+    """Read a BVH file and place its joints. MotionError: it cannot be read, or which line is malformed.
 
     CMU files in the cgspeed conversion lack the thorax bone: Neck, LeftShoulder and RightShoulder lie on
     Spine1. They are raised by the length of Spine1's own OFFSET, which is right to 0.01 leg lengths on

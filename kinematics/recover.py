@@ -109,8 +109,7 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, Flags]:
 
 
 def met(figure: Figure, points: Mapping[str, Array]) -> dict[str, Array]:
-    """The known joints, (2,) body coordinates, and unknown ones between two links of known lengths whose far
-    ends are known.
+    """The known joints, (2,) body coordinates, and unknown ones between links whose far ends are known.
 
     Of the two possible places, the one in which the joint bends as its limits allow. If the links are too
     short or too long to meet, the joint lies on the line through their far ends.

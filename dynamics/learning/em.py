@@ -3,8 +3,7 @@
 From every start E-steps (`infer`) and M-steps (`dynamics.learning.mstep`) alternate, and the start that
 reaches the highest value is kept. The value of a round is the weighted sum of the inference's log evidence
 plus the log prior. With an exact or variational E-step it never falls. With the best path or GPB2 it may, so
-the best round is kept; learning continues after one fall by less than the tolerance, and ends with a second
-or a larger one.
+the best round is kept; learning continues after one fall by less than the tolerance, and ends with another.
 """
 
 from collections.abc import Callable, Sequence
@@ -52,8 +51,7 @@ def learn(
         ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
         names: the M freedoms; `travelling` those that enter the dynamics by their change only.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
-        begin: makes a new E-step for each start, called once a round, always with the sequences in one order,
-            chosen here.
+        begin: makes an E-step for each start, called once a round, with the sequences always in one order.
 
     Raises:
         ValueError: no sequences, unusable ones, or too little data for maximum likelihood.

@@ -22,8 +22,8 @@ SAME = 5e-3  # difference of two rates, as a share, below which they count as on
 
 
 def at_rate(slds: SLDS, fps: float) -> SLDS:
-    """The system with one step standing for 1/fps seconds; ValueError unless that is a quarter to four times
-    the old rate.
+    """The system with one step standing for 1/fps seconds; ValueError beyond a quarter to four times as
+    many.
 
     Its mean0 and cov0 must describe the whole motion, as `em.anywhere` makes them.
     """

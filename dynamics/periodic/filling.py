@@ -2,8 +2,7 @@
 
 The model is fitted to a window of measurements around each gap. Every motion, and every start of the search
 that ends elsewhere, above all with another number of strides in the gap, is a hypothesis weighted by its
-evidence; the result has the moments of their mixture. A long run of frames that lack single freedoms is cut
-into pieces.
+evidence; the result has the moments of their mixture. Long runs that lack single freedoms are cut.
 
 The search for phase, phase speed and bend begins at the peaks of a grid, scored with the mean stride: each
 frame counts as the share SHARE of an independent one, and differences between people count as noise.
@@ -133,8 +132,7 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
     """Phase at the origin (radians), phase speed and its bend of the STARTS best peaks of the grid for motion
     k, the best first.
 
-    At times t (T,) seconds from the origin; NaN entries of y (T, M) were not measured. Freedoms that travel
-    are not used.
+    At times t (T,) seconds from the origin; NaN entries of y (T, M) were not measured, what travels not used.
     """
     at = len(stride.names) * stride.basis
     centre, deviation = stride.mean[k, at], np.linalg.norm(stride.root[k, at])

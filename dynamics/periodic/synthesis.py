@@ -9,8 +9,7 @@ from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics
 def synthesise_stride(
     stride: Stride, k: int, T: int, fps: float, rng: np.random.Generator, noise: float = 1.0
 ) -> Array:
-    """Poses (T, M) in body units, without measurement noise, of one person drawn from the population of
-    motion k.
+    """Poses (T, M) in body units, without measurement noise, of one person drawn for motion k.
 
     Coefficients, phase speed and travel of the person are constant (`dynamics.stride`); the phase begins at
     random and drifts. The bend of the phase is left out, as it would accelerate for ever. `noise` scales the
@@ -29,8 +28,7 @@ def synthesise_stride(
 
 
 def matern_paths(T: int, step: float, scale: float, n: int, rng: np.random.Generator) -> Array:
-    """(T, n) independent paths, `step` seconds a row, of a Matern process of smoothness 3/2, variance 1 and
-    this time scale.
+    """(T, n) independent paths, `step` seconds a row, of a Matern process (3/2) of variance 1 and this scale.
 
     The process and its slope are a Markov process with the transition F and the stationary covariance P =
     diag(1, r^2), r = sqrt(3) / scale; it is drawn step by step.

@@ -1,7 +1,6 @@
 """Walk or run: classification of spliced sequences (1999, section 4.1 and figure 3; 2000, figure 2 a to d).
 
-Only the papers' inference is used: the switching state's motion, without likelihood of the pose or measured
-noise.
+Only the papers' inference is used: the switching state's motion, without pose likelihood or measured noise.
 """
 
 from collections import defaultdict

@@ -2,8 +2,7 @@
 
 A template that was cut at an anchor slides more the longer it is followed, so between two anchors the pass
 forth and the pass back are averaged, weighted by the distance from their anchors and by their misfit. Where a
-joint differs much between the two, the figure was lost in one of them; they are then joined at the frame of
-least cost.
+joint differs much between the two, the figure was lost in one of them; they join where that costs least.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -24,8 +24,7 @@ FEWEST, MOST = 100, 300  # frames of it at least, and at most, which bounds memo
 def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int | None = None) -> Iterator[Estimate]:
     """The estimates of a run, each given also later ones, at least `lag` of them if there are as many.
 
-    Their beliefs are the single hypothesis of the best path. Smoothing does not cross a new start. The usual
-    lag is LAG.
+    Their beliefs are the single hypothesis of the best path. Smoothing crosses no new start; LAG is usual.
     """
     lag = lag or min(max(round(LAG * tracker.slds.fps), FEWEST), MOST)
     window: list[Estimate] = []

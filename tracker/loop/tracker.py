@@ -168,8 +168,7 @@ class Tracker:
         return states.through(self.slds.C, self.offset)
 
     def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
-        """Every hypothesis, with pose (H, D), given its own or a common likelihood, and with its cost
-        updated.
+        """Every hypothesis, with pose (H, D), given its own or a common likelihood, with its cost.
 
         A leading axis of the likelihoods is one of the result.
         """

@@ -97,8 +97,7 @@ def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
 
 
 def spread_over(client: "Client", make: Callable[[], Infer], batches: Batches) -> Infer:
-    """The E-step of `make` with its batches distributed over a cluster; each batch keeps its state from call
-    to call.
+    """The E-step of `make` with its batches distributed over a cluster, where each keeps its state.
 
     The batches are those of the E-step in one process, so its result is the same to the last bit if the
     machines round alike.

@@ -27,8 +27,7 @@ POSTS = 3  # distance between posts, leg lengths
 
 
 def sticks(y: Array, fps: float) -> Array:
-    """(T, L, 2, 2) start and end of each link of poses (T, 8) in body units, leg lengths, x forward and y
-    over the ground.
+    """(T, L, 2, 2) start and end of each link of poses (T, 8) in body units, x forward, y over the ground.
 
     A pose's height is relative and drifts in a model, so the ground is the lowest place of the lower ankle
     within GROUND_SECONDS; without a measured root the figure stays in place.

@@ -86,8 +86,7 @@ def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:
 
 
 def stride_period(y: Array) -> float | None:
-    """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far in poses (T, 8)
-    without gaps.
+    """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far in whole (T, 8).
 
     None if nothing repeats, or fewer than STRIDES times.
     """

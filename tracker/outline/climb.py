@@ -4,8 +4,7 @@ With s_t(q_t) the sum of R under the outline of pose q_t, and d_t = q_t less the
 
     WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2,
 
-less the costs of marks and limits, is maximised by L-BFGS in the coordinates in which its prior is the unit
-Gaussian.
+less the costs of marks and limits, is maximised by L-BFGS, its prior made the unit Gaussian.
 """
 
 from dataclasses import dataclass

@@ -16,8 +16,7 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
     """The path of the figure with its hip (2,) in a frame; None if no path leads there.
 
     Where two people meet, the path in the direction that the figure faces is taken, even if the other is
-    nearer. A path is prolonged by LATELY seconds, since a person behind another is not seen. A leg is `unit`
-    pixels.
+    nearer. A path is prolonged by LATELY seconds, since a person behind another is not seen.
     """
     reach, ranked = LATELY * stage.fps, []
     for path in everybody:

@@ -3,8 +3,7 @@
 Corners of a key frame (Shi and Tomasi 1994) are followed into the present frame by pyramidal Lucas-Kanade
 (Bouguet 2001), both pictures small and less their local mean; the similarity is the one on which most of
 them agree (RANSAC), so that people in the picture are outvoted. Errors do not accumulate from frame to frame,
-as a key frame is kept until too few of its corners are left; then the frame before the present one replaces
-it.
+as a key frame is kept until too few of its corners are left; then the frame before takes its place.
 
 A camera counts as still, with the identity as its place, until a corner of the picture moves by STILL. A
 scene with few corners, such as a bare wall, does not show the camera's motion; the place then stays the same.

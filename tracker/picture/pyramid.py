@@ -40,8 +40,7 @@ def pyramid(
 ) -> list[Level]:
     """Levels of the part of an RGB frame within `box` (x0, y0, x1, y1), in the order of `sigmas`.
 
-    Channels are CIE Lab, or three times the lightness where colour is off, of grey levels through a tone
-    curve (256,).
+    Channels are CIE Lab, or three times the lightness where colour is off, through a tone curve (256,).
     """
     H, W = image.shape[:2]
     margin = int(np.ceil(FAR * max(sigmas))) + 2

@@ -55,8 +55,7 @@ class Mode:
 def mode_of(settings: Settings) -> Mode:
     """The mode for these settings.
 
-    The full one has colour templates, models hidden and covered points, is robust, and includes the prior of
-    the whole pose.
+    The full one has colour templates, models hidden and covered points, is robust, with all of the prior.
     """
     if settings.mode == "classic":
         return Mode()

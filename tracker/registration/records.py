@@ -74,8 +74,7 @@ class Noise(NamedTuple):
 
 
 class Row(NamedTuple):
-    """The comparison at the n visible points of one link, in arrays, so that a processor takes several at a
-    time.
+    """The comparison at the n visible points of one link, in arrays that a processor takes at once.
 
     point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
     channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the

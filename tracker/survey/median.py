@@ -23,8 +23,7 @@ def medians(values: Image, number: Ints) -> Image:
 
 
 def comparisons(count: int) -> Iterator[tuple[int, int]]:
-    """Pairs (i, j), i < j, of a network that sorts `count` values by exchanging each pair that is out of
-    order.
+    """Pairs (i, j), i < j, of a network that sorts `count` values by exchanging pairs in disorder.
 
     Batcher's merge exchange: Knuth (1998), section 5.2.2, algorithm M.
     """
