@@ -1,4 +1,4 @@
-"""What a settled figure shows: the colours at its points, and which points are seen for the first time."""
+"""What a settled figure shows: the colours at its points, less the light of their links."""
 
 from dataclasses import replace
 
