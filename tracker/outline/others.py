@@ -31,7 +31,7 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
 
 
 def forget_others(stage: Stage, own: Path, everybody: list[Path]) -> None:
-    """Set the places of all but one of everybody to unknown; changes the stage\'s log odds.
+    """Set the places of all but one of everybody to unknown; changes the stage's log odds.
 
     Outside the frames of that path, bodies within a leg length of its prolongation stay too.
     """

@@ -15,6 +15,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import joints, surface
+from tracker.picture.pyramid import within
 from tracker.registration.chain_rule import descend
 from tracker.registration.field import Field, Registration
 from tracker.registration.modes import mode_of
@@ -75,7 +76,8 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
     poses = np.repeat(q[None], len(shifts), axis=0)
     poses[:, :2] += shifts
     # Parts outside the picture cannot match badly, so poses there would win.
-    there = field.in_part(field.view.to_pixels(joints(field.figure, poses))).mean(-1) >= SEEN
+    part, pixels = field.levels[-1], field.view.to_pixels(joints(field.figure, poses))
+    there = within(pixels - np.asarray(part.corner), part.planes.shape).mean(-1) >= SEEN
     if not there.any():
         return priors.mean
     poses, shifts = poses[there], shifts[there]

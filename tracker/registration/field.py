@@ -5,11 +5,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from dynamics.gaussian import Array, Flags
+from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.spm import View
 from tracker.picture.backdrop import UNSEEN, Scenery
-from tracker.picture.pyramid import Level, sample, within
+from tracker.picture.pyramid import Level, sample
 from tracker.registration.templates import Templates
 from tracker.settings import Settings
 
@@ -75,8 +75,3 @@ class Field:
         """(levels, P, 3) grey levels of the frame at the registered points, less the brightness offsets."""
         shown = np.stack([sample(level, found.pixels)[0] for level in self.levels])
         return np.asarray(shown - found.offset[self.templates.link])
-
-    def in_part(self, pixels: Array) -> Flags:
-        """Whether pixels (..., 2) lie in the searched part of the frame."""
-        level = self.levels[-1]
-        return within(pixels - np.asarray(level.corner), level.planes.shape)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.tracker.outline.films import SIZE, a_walk, film
+from tests.tracker.outline.films import SIZE, film
 from tests.tracker.outline.films import moved as carried_to
 from tests.tracker.picture.ways import NEAR, sway
 from tracker.clip.part import TOLD
@@ -249,11 +249,6 @@ def test_turn_and_size_are_found_as_well_when_few_of_a_key_frames_corners_are_le
     # Zoomed in by a fifth, fewer than ENOUGH of the first frame's corners agree.
     seen = film(rng, frames=22, camera=(0.0, 0.0, 0.0, -0.01))
     assert off(seen, places_of(seen.images)) < 0.5
-
-
-def test_a_still_cameras_place_is_exactly_the_identity_whoever_walks_through():
-    places = places_of(a_walk().images)
-    assert_array_equal(places, np.tile(np.eye(3), (len(places), 1, 1)))
 
 
 def test_where_nothing_has_corners_the_camera_stays_where_it_was_and_is_not_sure(rng):

@@ -109,14 +109,6 @@ def test_points_behind_a_nearer_link_or_out_of_the_frame_are_unknown(rng):
     assert_array_equal(templates.known[near], inside[near])
 
 
-def test_a_link_that_lies_nobody_knows_where_has_a_template_of_nothing(levels):
-    placed_links = np.array([link.name != "shank_far" for link in WALKER.links])
-    templates = cut(WALKER, VIEW, CROSSING, levels, FULL, placed_links)
-    shank = templates.link == WALKER.link_of("far_ankle")
-    assert not templates.known[shank].any()
-    assert_array_equal(templates.known[~shank], cut(WALKER, VIEW, CROSSING, levels, FULL).known[~shank])
-
-
 def test_a_link_of_which_nothing_is_known_looks_as_its_twin_does_in_the_same_place(levels):
     longer = {"shank_far": 1.1}
     uneven = WALKER.with_lengths([link.length * longer.get(link.name, 1.0) for link in WALKER.links])
