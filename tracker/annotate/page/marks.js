@@ -6,8 +6,8 @@ class Marks {
   constructor(byFrame) {
     this.frames = new Map(Object.entries(byFrame).map(([frame, of]) => [Number(frame), of]));
     this.stored = new Map(this.frames);
-    this.pasts = new Map();
-    this.futures = new Map();
+    this.done = []; // steps, each with the marks of its frames before and after it
+    this.undone = [];
     this.last = null;
   }
 
@@ -27,75 +27,55 @@ class Marks {
 
   /** Put marks in place of a frame's; steps of one burst (the same `burst`, at once) are undone together. */
   replace(frame, marks, burst = null) {
-    if (!burst || !this.goesOn(frame, burst)) this.note(this.pasts, frame, null);
+    const begun = burst && this.goesOn(frame, burst) ? this.done.pop().before : new Map([[frame, this.of(frame)]]);
+    this.step(begun, new Map([[frame, marks]]));
     this.last = burst && { burst: `${frame} ${burst}`, time: Date.now() };
-    this.forget(frame);
-    this.frames.set(frame, marks);
-  }
-
-  /** Forget what could be done again in a frame, and in others the steps of all that it was part of. */
-  forget(frame) {
-    for (const { together } of this.futures.get(frame) ?? []) {
-      for (const each of this.sharing(this.futures, together)) this.futures.delete(each);
-    }
-    this.futures.delete(frame);
-  }
-
-  /** Frames with a part of a step of all. */
-  sharing(stacks, together) {
-    if (!together) return [];
-    return [...stacks.keys()].filter((frame) => stacks.get(frame).some((step) => step.together === together));
-  }
-
-  /** Frames whose later steps come before the next one of this frame, which was one of all. */
-  before(frame, way) {
-    const stacks = way === "undo" ? this.pasts : this.futures;
-    const together = stacks.get(frame)?.at(-1)?.together;
-    return this.sharing(stacks, together).filter((each) => stacks.get(each).at(-1).together !== together);
   }
 
   /** Put what `change` makes of them in place of the marks of all marked frames: one step of all. */
   replaceAll(change) {
-    const together = {};
-    for (const frame of this.marked()) {
-      this.note(this.pasts, frame, together);
-      this.forget(frame);
-      this.frames.set(frame, change(this.of(frame)));
-    }
+    const before = new Map(this.marked().map((frame) => [frame, this.of(frame)]));
+    this.step(before, new Map([...before].map(([frame, marks]) => [frame, change(marks)])));
     this.last = null;
   }
 
-  /** Keep a frame's marks on one of the stacks; `together` is shared by steps that are undone together. */
-  note(stacks, frame, together) {
-    stacks.set(frame, [...(stacks.get(frame) ?? []), { marks: this.of(frame), together }]);
+  /** Do a step; one that was undone in its frames cannot be done again, nor one that came after it in others. */
+  step(before, after) {
+    const changed = new Set(after.keys());
+    const again = this.undone.reverse().filter((step) => {
+      const stays = [...step.after.keys()].every((frame) => !changed.has(frame));
+      if (!stays) step.after.forEach((_, frame) => changed.add(frame));
+      return stays;
+    });
+    this.undone = again.reverse();
+    this.done.push({ before, after });
+    this.put(after);
   }
 
-  canUndo(frame) {
-    return Boolean(this.pasts.get(frame)?.length);
+  put(marks) {
+    marks.forEach((of, frame) => this.frames.set(frame, of));
   }
 
-  canRedo(frame) {
-    return Boolean(this.futures.get(frame)?.length);
+  /** The step of a frame that is undone, or done again, next. */
+  next(frame, way) {
+    return (way === "undo" ? this.done : this.undone).findLast((step) => step.after.has(frame));
   }
 
-  /** Take back the last step of a frame, and of others if it was one of all; gives the name of a joint that it changed. */
-  undo(frame) {
-    return this.step(frame, this.pasts, this.futures);
+  /** Frames whose later steps come before the next one of this frame, which was one of all. */
+  before(frame, way) {
+    const step = this.next(frame, way);
+    return [...(step?.after.keys() ?? [])].filter((each) => this.next(each, way) !== step);
   }
 
-  redo(frame) {
-    return this.step(frame, this.futures, this.pasts);
-  }
-
-  step(frame, from, to) {
-    if (!from.get(frame)?.length) return null;
+  /** Take back the next step of a frame, with all its frames, or do it again; gives the name of a joint that it changed. */
+  go(frame, way) {
+    const step = this.next(frame, way);
+    if (!step) return null;
+    const [from, to] = way === "undo" ? [this.done, this.undone] : [this.undone, this.done];
+    from.splice(from.indexOf(step), 1);
+    to.push(step);
     const before = this.of(frame);
-    const { together } = from.get(frame).at(-1);
-    const others = together ? this.sharing(from, together) : [frame];
-    for (const each of others) {
-      this.note(to, each, together);
-      this.frames.set(each, from.get(each).pop().marks);
-    }
+    this.put(way === "undo" ? step.before : step.after);
     this.last = null;
     const after = this.of(frame);
     const names = Object.keys({ ...before, ...after });

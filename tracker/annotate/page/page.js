@@ -177,7 +177,7 @@ function undo(way) {
   hold();
   const [first] = marks.before(shown.index, way);
   if (first !== undefined) return say(`Frame ${first} was changed after the legs of all frames; ${way} that first.`, "wrong");
-  const name = marks[way](shown.index);
+  const name = marks.go(shown.index, way);
   if (!name) return;
   left().delete(name);
   if (begins()) chosen = null;

@@ -17,8 +17,8 @@ function refresh() {
   const joint = joints.find(({ name }) => name === chosen);
   $("guide").replaceChildren(...guidance(joint));
   document.querySelectorAll("#joints button").forEach(showRow);
-  $("undo").disabled = !marks.canUndo(shown.index);
-  $("redo").disabled = !marks.canRedo(shown.index);
+  $("undo").disabled = !marks.next(shown.index, "undo");
+  $("redo").disabled = !marks.next(shown.index, "redo");
   $("hidden").disabled = $("skip").disabled = !chosen;
   $("delete").disabled = !here()[chosen];
   $("legs").disabled = !hasLegs();
