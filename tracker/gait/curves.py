@@ -5,7 +5,6 @@ can be overlaid and averaged. The reference bands come from captures, by `tests.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
@@ -20,20 +19,6 @@ from tracker.run.track import Track
 
 Drawn = dict[str, Any]
 SHARES = np.linspace(0.0, 1.0, 101)
-
-
-@dataclass(frozen=True)
-class Norm:
-    """Reference band of an angle over the stride, degrees.
-
-    mean   : (101,) over people, each represented by the mean of all strides
-    sigma  : (101,) standard deviation between people
-    people : number of people
-    """
-
-    mean: Array
-    sigma: Array
-    people: int
 
 
 def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
@@ -59,11 +44,14 @@ def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
 
 
 def norm_of(gait: Gait, joint: str) -> Drawn | None:
-    """The reference band of people who walk forwards, or run; None if too few of them were captured."""
-    norm = read_norms().get(f"{gait.motion}_{joint}")
-    if norm is None or gait.backwards:
-        return None
-    return {"mean": tenths(norm.mean), "sigma": tenths(norm.sigma), "people": norm.people}
+    """The reference band of people who walk forwards, or run: mean of their means over all strides, and
+    standard deviation between them, degrees; None if too few of them were captured."""
+    source, name = resources.files("tracker.gait") / "norms.npz", f"{gait.motion}_{joint}"
+    with resources.as_file(source) as file, np.load(file) as stored:
+        if gait.backwards or name not in stored:
+            return None
+        people, mean, sigma = np.split(stored[name], [1, 102])
+    return {"mean": tenths(mean), "sigma": tenths(sigma), "people": int(people[0])}
 
 
 def tenths(values: Array) -> list[float]:
@@ -85,10 +73,3 @@ def over_strides(angle: Array, strides: Iterable[Stride], times: Array, first: i
 def spread(curves: Array) -> Array | None:
     """Standard deviation (101,) of curves (S, 101); None for fewer than two."""
     return np.std(curves, axis=0, ddof=1) if len(curves) > 1 else None
-
-
-def read_norms() -> dict[str, Norm]:
-    """The shipped reference bands, by motion and joint as in "walk_knee"."""
-    source = resources.files("tracker.gait") / "norms.npz"
-    with resources.as_file(source) as file, np.load(file) as stored:
-        return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}

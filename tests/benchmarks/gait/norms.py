@@ -17,7 +17,7 @@ from kinematics.sides import SIDES
 from tests.benchmarks.gait.learn import allowed, arguments, captures, figure_of, poses
 from tests.benchmarks.gait.truth import Contact, contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of
-from tracker.gait.curves import Norm, over_strides
+from tracker.gait.curves import over_strides
 from tracker.gait.figures import LEG_JOINTS
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride
@@ -32,11 +32,11 @@ def main() -> None:
     asked = arguments("norms", __doc__)
     shown = captures(read_trials(asked.trials))
     made = norms([motion for terms, motion in shown if allowed(terms, asked.licence)])
-    np.savez(asked.out, **{name: np.array([n.people, *n.mean, *n.sigma]) for name, n in made.items()})
+    np.savez(asked.out, **made)
 
 
-def norms(shown: Sequence[Motion]) -> dict[str, Norm]:
-    """By motion and joint, of motions that at least LEAST people show."""
+def norms(shown: Sequence[Motion]) -> dict[str, Array]:
+    """By motion and joint, of motions that at least LEAST people show: their number, means and spreads."""
     rng, found = np.random.default_rng(0), {}
     people: dict[str, dict[str, list[Array]]] = {label: defaultdict(list) for label in GAITS}
     for motion in shown:
@@ -46,7 +46,7 @@ def norms(shown: Sequence[Motion]) -> dict[str, Norm]:
         if len(means) >= LEAST:
             for k, joint in enumerate(LEG_JOINTS):
                 mean, sigma = means[:, k].mean(axis=0), means[:, k].std(axis=0, ddof=1)
-                found[f"{label}_{joint}"] = Norm(mean, sigma, len(means))
+                found[f"{label}_{joint}"] = np.array([len(means), *mean, *sigma])
     return found
 
 

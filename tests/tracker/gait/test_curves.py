@@ -5,12 +5,13 @@ import pytest
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.strolls import stroll
-from tracker.gait.curves import SHARES, over_strides, read_norms, spread
-from tracker.gait.figures import gait_of
+from tracker.gait.curves import SHARES, norm_of, over_strides, spread
+from tracker.gait.figures import Gait, gait_of
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride
 
 TIMES = np.arange(100.0) / 30.0
+WALK = Gait((), {}, 1.0, "walk", False, None)
 
 
 def stride(strike, end):
@@ -61,12 +62,12 @@ def test_the_thigh_of_a_walk_is_ahead_at_either_strike_and_behind_where_the_foot
 
 @pytest.mark.parametrize(("joint", "least", "most"), [("hip", 35, 60), ("knee", 45, 75), ("ankle", 15, 45)])
 def test_people_who_walk_move_their_joints_as_far_as_gait_analysis_says(joint, least, most):
-    norm = read_norms()[f"walk_{joint}"]
-    assert least < np.ptp(norm.mean) < most
-    assert abs(norm.mean[0] - norm.mean[100]) < 3.0
-    assert (norm.sigma > 0.0).all()
-    assert norm.people >= 5
+    norm = norm_of(WALK, joint)
+    assert least < np.ptp(norm["mean"]) < most
+    assert abs(norm["mean"][0] - norm["mean"][100]) < 3.0
+    assert min(norm["sigma"]) > 0.0
+    assert norm["people"] >= 5
 
 
 def test_the_knee_of_people_is_bent_most_in_the_swing():
-    assert 65 < read_norms()["walk_knee"].mean.argmax() < 82
+    assert 65 < np.argmax(norm_of(WALK, "knee")["mean"]) < 82
