@@ -4,7 +4,7 @@ import hashlib
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,18 +44,9 @@ NAMED = ("model", "figure")  # options that are the name of a shipped one or a f
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
 
 
-@dataclass(frozen=True)
-class Ending:
-    """How a row ended: done, skipped or failed.
-
-    cells : of the summary, by column: from the run's folder, or one line of error; without empty ones
-    """
-
-    status: str
-    cells: Mapping[str, str]
-
-
-Ended = list[tuple[Row, Ending]]
+# How a row ended: its cells of the summary from "status" on, by column, without empty ones.
+Cells = Mapping[str, str]
+Ended = list[tuple[Row, Cells]]
 
 
 @contextmanager
@@ -107,22 +98,22 @@ def run_batch(
         )
         with swept(row.out for row in rows), cluster as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
-        write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
+        write_table(aside, COLUMNS, (summary_cells(row, cells) for row, cells in ended))
     with fresh_file(overview, overwrite=True) as aside:
         clips = (
-            (row.video.name, None if ending.status == FAILED else row.out, outcome_of(ending))
-            for row, ending in ended
+            (row.video.name, None if cells["status"] == FAILED else row.out, outcome_of(cells))
+            for row, cells in ended
         )
         write_overview(aside, place, clips)
     return ended
 
 
-def outcome_of(ending: Ending) -> str:
+def outcome_of(cells: Cells) -> str:
     """The error of a row, or the numbers of its frames by outcome."""
-    return ending.cells.get("error") or ending.cells.get("outcomes", "")
+    return cells.get("error") or cells.get("outcomes", "")
 
 
-def run_row(row: Row, overwrite: bool) -> Ending:
+def run_row(row: Row, overwrite: bool) -> Cells:
     """Track one clip, unless its folder holds a run of the same job; failures become the row's error."""
     try:
         job = row.job()
@@ -156,23 +147,23 @@ def job_key(job: Job) -> str:
     return digest.hexdigest()
 
 
-def _failed(said: str) -> Ending:
-    return Ending(FAILED, {"error": " ".join(said.split())})
+def _failed(said: str) -> Cells:
+    return {"status": FAILED, "error": " ".join(said.split())}
 
 
-def summary_cells(row: Row, ending: Ending) -> list[str]:
+def summary_cells(row: Row, cells: Cells) -> list[str]:
     """The cells of one job's row in summary.csv."""
-    ours = {"video": row.video, "model": row.how.model, "out": row.out, "status": ending.status}
-    return [str(ours.get(column) or ending.cells.get(column, "")) for column in COLUMNS]
+    ours = {"video": row.video, "model": row.how.model, "out": row.out}
+    return [str(ours.get(column) or cells.get(column, "")) for column in COLUMNS]
 
 
 def _run_all(
     client: "Client", rows: list[Row], overwrite: bool, name: str, progress: Progress
-) -> list[Ending]:
+) -> list[Cells]:
     from distributed import as_completed
 
     futures = {client.submit(run_row, row, overwrite, pure=False): n for n, row in enumerate(rows)}
-    endings: dict[int, Ending] = {}
+    endings: dict[int, Cells] = {}
     try:
         with progress.task(f"batch {name}", len(rows)) as advance:
             for future, answer in as_completed(futures, with_results=True, raise_errors=False):
@@ -186,12 +177,12 @@ def _run_all(
     return [endings[n] for n in range(len(rows))]
 
 
-def _ending_of(answer: object) -> Ending:
+def _ending_of(answer: object) -> Cells:
     """The ending of a row: its own, or one for an error outside of it."""
     from distributed import KilledWorker
     from distributed.scheduler import NoWorkerError
 
-    if isinstance(answer, Ending):
+    if isinstance(answer, dict):
         return answer
     error = answer[1] if isinstance(answer, tuple) else answer  # Dask gives type, error and traceback
     if isinstance(error, KilledWorker):
@@ -201,15 +192,15 @@ def _ending_of(answer: object) -> Ending:
     return _failed(f"{type(error).__name__}: {error}")
 
 
-def _ending(status: str, folder: Path) -> Ending:
+def _ending(status: str, folder: Path) -> Cells:
     record = read_run(folder)
-    cells = {
+    return {
+        "status": status,
         "frames": str(len(record)),
         "outcomes": tally(outcome or "not followed" for outcome in record.outcome),
         "rate": "" if record.news.rate is None else f"{record.news.rate:g}",
         "warnings": "; ".join(record.news.warnings),
-    }
-    return Ending(status, cells | _gait(folder))
+    } | _gait(folder)
 
 
 def _gait(folder: Path) -> dict[str, str]:

@@ -147,7 +147,7 @@ def batch(
         tls=tls,
     )
     _show(ended, place)
-    if any(ending.status == FAILED for _, ending in ended):
+    if any(cells["status"] == FAILED for _, cells in ended):
         raise typer.Exit(1)
 
 
@@ -192,8 +192,8 @@ def _show(ended: "Ended", place: Path) -> None:
     table = Table(box=None, pad_edge=False)
     for name in ("video", "out", "status", "frames", "outcome"):
         table.add_column(name, overflow="fold", justify="right" if name == "frames" else "left")
-    for row, ending in ended:
-        folder, frames = os.path.relpath(row.out, place), ending.cells.get("frames", "")
-        table.add_row(row.video.name, folder, ending.status, frames, outcome_of(ending))
+    for row, cells in ended:
+        folder, frames = os.path.relpath(row.out, place), cells.get("frames", "")
+        table.add_row(row.video.name, folder, cells["status"], frames, outcome_of(cells))
     Console(color_system=None, markup=False, highlight=False).print(table)
-    print(f"{tally(ending.status for _, ending in ended)}; see {place / 'summary.csv'}")
+    print(f"{tally(cells['status'] for _, cells in ended)}; see {place / 'summary.csv'}")

@@ -26,7 +26,7 @@ from tests.tracker.clips import (
 from tests.tracker.strolls import stroll
 from tracker.batch import run_all as batch
 from tracker.batch.jobs import read_jobs
-from tracker.batch.run_all import COLUMNS, GAIT, Ending, _gait, job_key, run_batch, run_row, summary_cells
+from tracker.batch.run_all import COLUMNS, GAIT, _gait, job_key, run_batch, run_row, summary_cells
 from tracker.clip.job import Job
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
@@ -101,13 +101,13 @@ def test_the_summary_has_the_gait_of_a_run_and_empty_cells_where_there_is_none(t
     row.out.mkdir()
     walked = gait_of(stroll(), known=Known(height=1.75))
     (row.out / "gait.json").write_text(json.dumps(walked.summary()))
-    told = dict(zip(COLUMNS, summary_cells(row, Ending("done", _gait(row.out))), strict=True))
+    told = dict(zip(COLUMNS, summary_cells(row, _gait(row.out)), strict=True))
     assert (told["motion"], told["length_unit"], told["flight_time_s"]) == ("walk", "m", "")
     for column, (name, legs) in GAIT.items():
         if column != "flight_time_s":
             value = getattr(walked.named(name), legs).mean
             assert float(told[column]) == pytest.approx(value, rel=1e-3, abs=1e-3)
-    bare = dict(zip(COLUMNS, summary_cells(row, Ending("failed", {"error": "why"})), strict=True))
+    bare = dict(zip(COLUMNS, summary_cells(row, {"error": "why"}), strict=True))
     assert bare["error"] == "why"
     assert not any(bare[column] for column in ("motion", *GAIT, "length_unit"))
 
@@ -128,7 +128,7 @@ def test_results_go_where_told_and_all_done_is_exit_status_0(table, tmp_path):
 
 def test_a_row_is_tracked_as_track_does_it(table, clip, tmp_path):
     (row,) = read_jobs(table(ROW), tmp_path, QUIET)
-    assert run_row(row, overwrite=False).status == "done"
+    assert run_row(row, overwrite=False)["status"] == "done"
     words = ["--keypoints", clip.keypoints, "--model", "cv", "--out", tmp_path / "b", "--quiet"]
     succeeds("track", clip.video, *words)
     for name in ("keypoints.csv", "pose.csv"):
@@ -139,23 +139,23 @@ def test_a_run_of_another_job_is_replaced_only_when_asked(table, tmp_path):
     row, other = (
         read_jobs(table((*ROW, stop), header=(*HEADER, "stop")), tmp_path, QUIET)[0] for stop in (2, 1)
     )
-    assert run_row(row, overwrite=False).cells["frames"] == "3"
+    assert run_row(row, overwrite=False)["frames"] == "3"
     kept = everything(tmp_path / "a")
     ended = run_row(other, overwrite=False)
-    assert ended.status == "failed"
-    assert "holds a complete run" in ended.cells["error"]
+    assert ended["status"] == "failed"
+    assert "holds a complete run" in ended["error"]
     assert everything(tmp_path / "a") == kept
     # The same job is never done again, asked or not.
-    assert run_row(row, overwrite=True).status == "skipped"
+    assert run_row(row, overwrite=True)["status"] == "skipped"
     assert everything(tmp_path / "a") == kept
-    assert run_row(other, overwrite=True).cells["frames"] == "2"
+    assert run_row(other, overwrite=True)["frames"] == "2"
     # What is damaged is done again if asked.
     (tmp_path / "a" / "track.npz").write_bytes(b"")
-    assert run_row(other, overwrite=False).status == "failed"
-    assert run_row(other, overwrite=True).status == "done"
+    assert run_row(other, overwrite=False)["status"] == "failed"
+    assert run_row(other, overwrite=True)["status"] == "done"
     # A run that is not whole is no run that is done.
     (tmp_path / "a" / "run.json").write_text("{")
-    assert run_row(other, overwrite=True).status == "failed"
+    assert run_row(other, overwrite=True)["status"] == "failed"
 
 
 def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
@@ -222,7 +222,7 @@ def broken(row, overwrite):
     """A mistake of ours in one row of two."""
     if row.how.model == "cv":
         raise RuntimeError("a mistake\nof ours")
-    return Ending("done", {"frames": "1"})
+    return {"status": "done", "frames": "1"}
 
 
 def test_a_mistake_of_ours_fails_its_own_row(table, tmp_path, cluster, monkeypatch):
@@ -230,7 +230,7 @@ def test_a_mistake_of_ours_fails_its_own_row(table, tmp_path, cluster, monkeypat
     path = table((*CLIP, "", "cv", "a"), (*CLIP, "", "walk-run", "b"))
     address = cluster.scheduler.address
     ended = run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=False, progress=QUIET)
-    found = [(ending.status, ending.cells.get("error", "")) for _, ending in ended]
+    found = [(cells["status"], cells.get("error", "")) for _, cells in ended]
     assert found == [("failed", "RuntimeError: a mistake of ours"), ("done", "")]
 
 
@@ -259,7 +259,7 @@ def test_a_process_killed_in_the_middle_loses_nothing(table, clip, tmp_path, clu
     ended = run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=True, progress=QUIET)
     killer.join(timeout=60)
     assert len(killed) == 1
-    found = [(ending.status, ending.cells.get("frames")) for _, ending in ended]
+    found = [(cells["status"], cells.get("frames")) for _, cells in ended]
     assert found == [("done", "30"), ("done", "10"), ("done", "10")]
     for name in "abc":
         assert {inner.name for inner in (tmp_path / name).iterdir()} == RUN_FILES
@@ -273,7 +273,7 @@ def noted(row, overwrite):
         file.write(f"{row.out.name} {os.getpid()}\n")
     while row.out.name == "b" and not (row.out.parent / "killed").exists():
         time.sleep(0.01)
-    return Ending("done", {"frames": "1"})
+    return {"status": "done", "frames": "1"}
 
 
 def test_what_is_done_is_not_done_again_when_its_process_dies_later(table, tmp_path, cluster, monkeypatch):
@@ -318,8 +318,8 @@ def test_without_any_process_the_rows_fail_instead_of_waiting_for_ever(table, tm
     monkeypatch.setattr(batch, "local_cluster", deserted)
     path = table((*CLIP, "", "cv", "a"), (*CLIP, "", "cv", "b"))
     ended = run_batch(path, tmp_path, workers=1, scheduler=None, overwrite=False, progress=QUIET)
-    assert [ending.status for _, ending in ended] == ["failed"] * 2
-    assert {ending.cells["error"] for _, ending in ended} == {
+    assert [cells["status"] for _, cells in ended] == ["failed"] * 2
+    assert {cells["error"] for _, cells in ended} == {
         "no process was left to do it; the same batch again goes on here"
     }
 

@@ -187,9 +187,9 @@ def test_a_row_of_a_batch_needs_no_marks_and_its_folder_says_what_is_not_sure(se
     (row,) = read_jobs(tmp_path / "jobs.csv", tmp_path, Progress("quiet"))
     assert row.keypoints is None
     ending = run_row(row, overwrite=False)
-    assert (ending.status, ending.cells["frames"]) == (DONE, str(STOP + 1))
+    assert (ending["status"], ending["frames"]) == (DONE, str(STOP + 1))
     other = nearer(one).other
-    assert ending.cells["warnings"].startswith("it is not sure which leg is the nearer one")
-    assert ending.cells["warnings"].endswith(f"in frame {MIDDLE}, give --near {other}")
+    assert ending["warnings"].startswith("it is not sure which leg is the nearer one")
+    assert ending["warnings"].endswith(f"in frame {MIDDLE}, give --near {other}")
     start = read_json(row.out / "run.json")["start"]
     assert start == {"frame": MIDDLE, "marks": "found", "near_leg": "unsure"}
