@@ -22,6 +22,7 @@ from videos.upright import Image, display_matrix
 from videos.writer import Writer
 
 Array = NDArray[np.float64]
+Ticks = list[tuple[int, int]]  # of packets
 
 PIXELS = ("yuv420p", "yuvj420p")  # 8 bits, 4:2:0: what browsers decode
 AVCC = b"\x01"  # how parameter sets of mp4 and mkv begin
@@ -64,8 +65,9 @@ def copied(source: Path, path: Path, first: int, times: Array, size: tuple[int, 
         with opened(source) as container:
             stream = video_stream(container, source)
             found = None if base is None else _found(container, stream, base, first, times)
-            if found is not None and _copy(container, stream, found, path):
-                return Playable(path, found.start, size)
+            if found is not None:
+                begin, ticks, start = found
+                return Playable(path, start, size) if _copy(container, stream, begin, ticks, path) else None
     return None
 
 
@@ -78,20 +80,6 @@ def encoded(
             writer.write(image, time)
     width, height = size
     return Playable(path, 0.0, (width + width % 2, height + height % 2))
-
-
-@dataclass(frozen=True)
-class _Stretch:
-    """Packets that follow each other in a file.
-
-    begin : pts of the first
-    ticks : pts and dts of each, counted from `begin`
-    start : seconds after the first at which the first frame that was asked for is shown
-    """
-
-    begin: int
-    ticks: list[tuple[int, int]]
-    start: float
 
 
 def _first_tick(source: Path) -> int | None:
@@ -117,8 +105,9 @@ def _turned(a: int, b: int, c: int, d: int) -> bool:
 
 def _found(
     container: InputContainer, stream: VideoStream, base: int, first: int, times: Array
-) -> _Stretch | None:
-    """The packets of the frames at `times`, seconds after tick `base`, and those they are decoded from."""
+) -> tuple[int, Ticks, float] | None:
+    """The packets of the frames at `times`, seconds after tick `base`, and those they are decoded from: pts
+    of the first, pts and dts of each after it, and seconds after it at which the first frame is shown."""
     tick = float(stream.time_base or 1)  # seconds
     listed = _listed(container, stream, base + round(times[-1] / tick))
     if listed is None:
@@ -136,7 +125,7 @@ def _found(
     decodes = np.sort(shows)  # one after the other,
     decodes -= (decodes - shows).max()  # and each before it is shown
     ticks = list(zip(shows.tolist(), decodes.tolist(), strict=True))
-    return _Stretch(int(pts[k]), ticks, float(shows[wanted[0] - k] * tick))
+    return int(pts[k]), ticks, float(shows[wanted[0] - k] * tick)
 
 
 def _listed(container: InputContainer, stream: VideoStream, last: int) -> NDArray[np.int64] | None:
@@ -164,17 +153,17 @@ def _has_idr(packet: "Packet[VideoStream]", size: int) -> bool:
     return False
 
 
-def _copy(container: InputContainer, stream: VideoStream, found: _Stretch, path: Path) -> bool:
+def _copy(container: InputContainer, stream: VideoStream, begin: int, ticks: Ticks, path: Path) -> bool:
     """Write the packets; whether all of them came."""
-    container.seek(found.begin, stream=stream)
+    container.seek(begin, stream=stream)
     packets = (packet for packet in container.demux(stream) if packet.size)
-    stretch = dropwhile(lambda packet: packet.pts != found.begin, packets)
+    stretch = dropwhile(lambda packet: packet.pts != begin, packets)
     copies = 0
     options = {"movflags": "+faststart", "fflags": "+bitexact"}  # bitexact omits the encoder's name
     with av.open(str(path.absolute()), "w", format="mp4", options=options) as film:
         copy = film.add_stream_from_template(stream)
-        for packet, ticks in zip(stretch, found.ticks, strict=False):
-            (packet.pts, packet.dts), packet.stream = ticks, copy
+        for packet, own in zip(stretch, ticks, strict=False):
+            (packet.pts, packet.dts), packet.stream = own, copy
             film.mux(packet)
             copies += 1
-    return copies == len(found.ticks)
+    return copies == len(ticks)
