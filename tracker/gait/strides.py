@@ -18,6 +18,8 @@ TRAVELS = 0.5  # least travel in a stride of somebody who is not on a treadmill,
 STAND = 0.3  # share of the usual speed below which that person stands
 PAUSE = 0.2  # of a stride, which this takes at least
 
+Events = tuple[Event, ...]
+
 
 @dataclass(frozen=True)
 class Stride:
@@ -44,8 +46,8 @@ class Strides:
 
     sound: tuple[Stride, ...]
     left_out: int
-    strikes: tuple[Event, ...] = ()
-    offs: tuple[Event, ...] = ()
+    strikes: Events = ()
+    offs: Events = ()
 
     def moved(self, to: Callable[[float], float]) -> "Strides":
         """With every moment moved to where `to` says."""
@@ -69,10 +71,10 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
             and not stands[_beside(stride)].any()
         )
 
+    measured = {side: tuple(filter(sound, found[side])) for side in SIDES}
+    left_out = {side: max(len(events[side][0]) - 1, 0) - len(measured[side]) for side in SIDES}
     return {
-        side: _strides([stride for stride in found[side] if sound(stride)], *events[side]).moved(
-            lambda row: row + track.first
-        )
+        side: Strides(measured[side], left_out[side], *events[side]).moved(lambda row: row + track.first)
         for side in SIDES
     }
 
@@ -91,7 +93,7 @@ def between(events: Iterable[Event], start: Event, end: Event) -> Event | None:
     return found[0] if len(found) == 1 else None
 
 
-def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Sequence[Event]]]:
+def _events(track: Track, runs: bool) -> dict[Side, tuple[Events, Events]]:
     """Strikes and leavings of both feet, in rows of the track."""
     weights, fps = read_weights(), 1.0 / float(np.median(np.diff(track.times))) if len(track) > 1 else 1.0
     back = goes_backwards(track)
@@ -102,37 +104,26 @@ def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Seque
     if not len(apart):
         return {side: ((), ()) for side in SIDES}
     period = float(np.median(apart))
-    found: dict[Side, tuple[Sequence[Event], Sequence[Event]]] = {}
+    found: dict[Side, tuple[Events, Events]] = {}
     for side, way in ways.items():
         own = [
             tuple(way.moments(turns[side][kind], period, weights[named(kind, runs, way.toes)]))
             for kind in (STRIKE, OFF)
         ]
         if back:  # with time reversed, a leaving is a strike
-            own = [_turned(events, len(track)) for events in reversed(own)]
+            own = [_moved(events[::-1], lambda at: len(track) - 1 - at) for events in reversed(own)]
         found[side] = own[0], own[1]
     return found
 
 
-def _turned(events: Sequence[Event], T: int) -> tuple[Event, ...]:
-    return tuple(replace(event, at=T - 1 - event.at) for event in reversed(events))
-
-
-def _joined(strikes: Sequence[Event], offs: Sequence[Event]) -> list[Stride]:
+def _joined(strikes: Events, offs: Events) -> list[Stride]:
     """Strides between successive strikes with exactly one leaving in between."""
-    found = []
-    for strike, end in pairwise(strikes):
-        off = between(offs, strike, end)
-        if off is not None:
-            found.append(Stride(strike, off, end))
-    return found
+    return [
+        Stride(strike, off, end) for strike, end in pairwise(strikes) if (off := between(offs, strike, end))
+    ]
 
 
-def _strides(sound: Sequence[Stride], strikes: Sequence[Event], offs: Sequence[Event]) -> Strides:
-    return Strides(tuple(sound), max(len(strikes) - 1, 0) - len(sound), tuple(strikes), tuple(offs))
-
-
-def _moved(events: Sequence[Event], to: Callable[[float], float]) -> tuple[Event, ...]:
+def _moved(events: Events, to: Callable[[float], float]) -> Events:
     return tuple(replace(event, at=to(event.at)) for event in events)
 
 

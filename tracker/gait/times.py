@@ -1,6 +1,7 @@
 """Times and shares of strides: durations, and when one foot, both or none is on the ground."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ def times(track: Track, strides: Mapping[Side, Strides], runs: bool) -> Iterator
     stride = Measure.of(STRIDE, "s", each(strides, lambda s: span(track, s.strike, s.end)))
     stances = each(strides, _stance)
     yield Measure("cadence", "steps/min", both=_cadence(stride.both))
-    yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # of both legs
+    yield replace(stride, symmetry=None)  # both legs have the same
     of_steps = {side: [span(track, strike, s.end) for s, strike in steps(strides, side)] for side in SIDES}
     yield Measure.of("step time", "s", of_steps)
     yield Measure.of(STANCE, "%", stances)
@@ -43,8 +44,7 @@ def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Stride,
     """Each stride in which the other foot strikes once, and that strike; the step is from there to the
     stride's end."""
     for stride in strides[side].sound:
-        strike = between(strides[OTHER[side]].strikes, stride.strike, stride.end)
-        if strike is not None:
+        if strike := between(strides[OTHER[side]].strikes, stride.strike, stride.end):
             yield stride, strike
 
 
@@ -69,8 +69,7 @@ def _shared(stride: Stride) -> float:
 def _together(strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
     """The share of each stride in which both feet are on the ground, per cent."""
     for stride, strike in steps(strides, side):
-        off = between(strides[OTHER[side]].offs, stride.strike, stride.off)
-        if off is not None:
+        if off := between(strides[OTHER[side]].offs, stride.strike, stride.off):
             length = stride.frames
             frames = (off.at - stride.strike.at) + (stride.off.at - strike.at)
             variance = sum(event.error**2 for event in (stride.strike, off, stride.off, strike))
