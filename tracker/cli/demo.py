@@ -5,7 +5,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,22 +43,14 @@ WHOSE = (
 PATIENCE = 300.0  # seconds for a download of 9 MB
 
 
-def run_demo(
-    out: Path,
-    seed: int,
-    *,
-    overwrite: bool,
-    progress: Progress,
-    models: Sequence[str] = MODELS,
-    frames: int = FRAMES,
-) -> tuple[Path, str]:
+def run_demo(out: Path, seed: int, *, overwrite: bool, progress: Progress) -> tuple[Path, str]:
     """Render, track and compare; returns the page to open and the table."""
     with fresh_folder(out, overwrite=overwrite) as aside:
-        with progress.task("rendering a walk", frames) as advance:
-            scene = render(seed, frames=frames, advance=advance)
+        with progress.task("rendering a walk", FRAMES) as advance:
+            scene = render(seed, frames=FRAMES, advance=advance)
         video, marks = write_scene(scene, aside)
-        job = Job(video, read_keypoints(marks), model=models[0], called=str(out / video.name))
-        table = compare_models(job, job.marks, models, aside, progress, [NOTE])
+        job = Job(video, read_keypoints(marks), model=MODELS[0], called=str(out / video.name))
+        table = compare_models(job, job.marks, MODELS, aside, progress, [NOTE])
         _sign(aside, seed=seed)
     return out / REPORT, table
 

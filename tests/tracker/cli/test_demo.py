@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests.tracker.clips import read_json
-from tracker.cli.demo import run_demo, write_scene
+from tracker.cli import demo
+from tracker.cli.demo import write_scene
 from tracker.progress import Progress
 from tracker.scene.film import render
 from tracker.tables.keypoints import KEYPOINTS, read_keypoints
@@ -22,8 +23,10 @@ FEW = 6
 def done(tmp_path_factory):
     """A short demo's folder, what it gave and what it told on the way."""
     out, shown = tmp_path_factory.mktemp("demo") / "out", Progress("plain")
-    with redirect_stderr(StringIO()) as said:
-        page, table = run_demo(out, 2, overwrite=False, progress=shown, models=["cv"], frames=FEW)
+    with redirect_stderr(StringIO()) as said, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(demo, "MODELS", ["cv"])
+        patch.setattr(demo, "FRAMES", FEW)
+        page, table = demo.run_demo(out, 2, overwrite=False, progress=shown)
     return out, page, table, said.getvalue()
 
 
