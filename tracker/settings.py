@@ -20,6 +20,10 @@ BOUNDS = {
 }
 
 Model = TypeVar("Model", bound=BaseModel)
+Share = Annotated[float, Field(ge=0, le=1)]
+Part = Annotated[float, Field(gt=0, le=1)]  # not 0
+Chance = Annotated[float, Field(ge=0, lt=1)]  # not 1
+Minority = Annotated[float, Field(gt=0, lt=0.5)]
 
 
 class SettingsError(ValueError):
@@ -33,8 +37,8 @@ class Settings(BaseModel):
 
     mode: Literal["full", "classic"] = Field("full", description="registration; classic is the papers'")
     templates: bool = Field(True, description="whether templates are used; if not, --measure is required")
-    contrast: float = Field(
-        0.3, ge=0, le=1, description="how far grey levels around the figure are spread, 0 for as filmed"
+    contrast: Share = Field(
+        0.3, description="how far grey levels around the figure are spread, 0 for as filmed"
     )
     spacing: float = Field(
         0.022, ge=0.005, le=0.2, description="distance between template points, leg lengths"
@@ -45,7 +49,7 @@ class Settings(BaseModel):
     cover: float = Field(
         1.0, ge=0, le=10, description="how far beyond its outline a link hides others, blurs"
     )
-    blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
+    blurs: tuple[Part, ...] = Field(
         (0.05, 0.025, 0.015), min_length=1, description="blurs of the picture, coarse to fine, leg lengths"
     )
     iterations: int = Field(4, ge=1, le=100, description="largest number of steps at each blur")
@@ -54,25 +58,22 @@ class Settings(BaseModel):
         20.0, gt=0, le=255, description="largest brightness offset of a link from the common one, grey levels"
     )
     robust: float = Field(2.5, gt=0, le=1000, description="Cauchy scale, multiples of the noise")
-    out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match up to which a link is out of sight")
-    in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
+    out_of_sight: Chance = Field(0.3, description="mean match up to which a link is out of sight")
+    in_sight: Part = Field(0.6, description="mean match from which a link is in full sight")
     backdrop: bool = Field(True, description="whether the background behind the figure counts in hypotheses")
-    covered: float = Field(
-        0.05,
-        ge=0,
-        lt=1,
-        description="prior odds that something that looks like the background covers the figure",
+    covered: Chance = Field(
+        0.05, description="prior odds that something that looks like the background covers the figure"
     )
     outline: bool = Field(
         True, description="whether the outline, fitted to the whole film first, is measured in every frame"
     )
-    tempering: float = Field(
-        0.035, gt=0, le=1, description="independent share of the template points of a frame, at 30 a second"
+    tempering: Part = Field(
+        0.035, description="independent share of the template points of a frame, at 30 a second"
     )
     image_weight: float = Field(
         1.0, ge=0, le=100, description="weight of the image in the costs of hypotheses"
     )
-    blend: float = Field(0.12, ge=0, le=1, description="share of a frame, at 30 a second, in the templates")
+    blend: Share = Field(0.12, description="share of a frame, at 30 a second, in the templates")
     camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
     hypotheses: int = Field(
         8, ge=1, le=1000, description="largest number of priors that are tried in a frame"
@@ -83,43 +84,29 @@ class Settings(BaseModel):
     inflation: float = Field(
         3.0, gt=0, le=1000, description="factor on the learned Q, for people not learned from"
     )
-    surprise: float = Field(
+    surprise: Chance = Field(
         0.01,
-        ge=0,
-        lt=1,
         description="probability of motion no state predicts, a frame at 30 a second and in the marked one",
     )
     lean: float = Field(
         10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
     )
-    scale_drift: float = Field(
-        0.001, ge=0, le=1, description="change of the common log scale a frame at 30 a second"
-    )
-    breathing: float = Field(0.06, gt=0, le=1, description="spread of a link's log length")
+    scale_drift: Share = Field(0.001, description="change of the common log scale a frame at 30 a second")
+    breathing: Part = Field(0.06, description="spread of a link's log length")
     ankle: float = Field(
         25.0, gt=0, le=360, description="spread of an ankle's angle, which no model includes, degrees"
     )
-    mark: float = Field(
-        0.03,
-        ge=0,
-        le=1,
-        description="error of a marked joint's place, which persists in tracking, leg lengths",
+    mark: Share = Field(
+        0.03, description="error of a marked joint's place, which persists in tracking, leg lengths"
     )
-    point: float = Field(
-        0.03,
-        gt=0,
-        le=1,
-        description="least spread of a point of --measure, leg lengths; more where they jitter",
+    point: Part = Field(
+        0.03, description="least spread of a point of --measure, leg lengths; more where they jitter"
     )
-    point_likelihood: float = Field(
-        0.3, ge=0, le=1, description="likelihood below which a point of --measure is ignored"
+    point_likelihood: Share = Field(0.3, description="likelihood below which a point of --measure is ignored")
+    exchange: Minority = Field(
+        0.1, description="probability that --measure names the legs of a frame wrongly"
     )
-    exchange: float = Field(
-        0.1, gt=0, lt=0.5, description="probability that --measure names the legs of a frame wrongly"
-    )
-    one_leg: float = Field(
-        0.02, gt=0, lt=0.5, description="probability that --measure puts both legs of a frame on one"
-    )
+    one_leg: Minority = Field(0.02, description="probability that --measure puts both legs of a frame on one")
     cv_angle: float = Field(
         6.0, gt=0, le=360, description="constant velocity: change of an angle's speed a frame, degrees"
     )
