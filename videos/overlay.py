@@ -78,17 +78,11 @@ class Ellipse:
 def draw(
     image: Image, segments: Sequence[Segment] = (), ellipses: Sequence[Ellipse] = (), caption: str = ""
 ) -> Image:
-    """Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
+    """A copy of a frame, (H, W, 3) uint8 RGB, drawn on: later segments over earlier ones, ellipses over all
+    of them, and the caption, one line, in the top left corner.
 
     Neighbours in `segments` of one colour share a dark outline, so that a leg is one shape, set off from the
     leg that it crosses.
-
-    Args:
-        image: (H, W, 3) uint8 RGB; stays as it is.
-        caption: a line of text for the top left corner.
-
-    Returns:
-        (H, W, 3) uint8 RGB.
     """
     canvas = image.copy()
     rim = max(1, round(len(image) / 400))
@@ -111,15 +105,8 @@ def limbs(colors: Sequence[Color]) -> list[list[int]]:
 
 
 def ellipse_axes(cov: Array) -> tuple[Array, Array]:
-    """Radii and rotation of ellipses of two standard deviations.
-
-    Args:
-        cov: (..., 2, 2) covariances, px^2.
-
-    Returns:
-        (..., 2) its radii, pixels, the longer one first, and (...) the degrees by which that one is turned
-        clockwise on screen from x, as y goes down.
-    """
+    """Radii (..., 2) of ellipses of two standard deviations, pixels, the longer one first, and the degrees
+    (...) by which that one is turned clockwise on screen from x, of covariances (..., 2, 2), px^2."""
     variances, axes = np.linalg.eigh(cov)  # sorted upwards
     radii = SIGMAS * np.sqrt(np.maximum(variances[..., ::-1], 0.0))
     return radii, np.degrees(np.arctan2(axes[..., 1, 1], axes[..., 0, 1]))
@@ -131,12 +118,8 @@ def as_hex(color: Color) -> str:
 
 
 def put_text(canvas: Image, text: str, left: float, base: float, height: float, color: Color) -> None:
-    """Write one line onto the canvas, in place.
-
-    Args:
-        left, base: pixels, the left end and the baseline of the text.
-        height: of a capital letter, pixels.
-    """
+    """Write one line onto the canvas, in place, from `left` on the baseline `base`, with capital letters of
+    this height, pixels."""
     at = (round(left), round(base))
     cv2.putText(canvas, _plain(text), at, FONT, height / FONT_HEIGHT, color, _pen(height), cv2.LINE_AA)
 

@@ -23,12 +23,8 @@ def held(path: Path) -> list[VideoFrame]:
 def recalled(
     path: Path, decode: Callable[[], Iterator[VideoFrame | None]], count: int | None = None
 ) -> Iterator[VideoFrame | None]:
-    """The pictures of a film, from memory or else decoded and then held in memory.
-
-    Args:
-        decode: gives every picture, None for a damaged one; damaged or changed films are not held.
-        count: number of pictures by the file; None if the file does not say.
-    """
+    """The pictures of a film, from memory or else decoded, None for a damaged one, and then held in memory
+    unless the film is damaged or changed; `count` is their number by the file, None if it does not say."""
     if pictures := held(path):
         yield from pictures
         return

@@ -45,11 +45,8 @@ def display_matrix(picture: VideoFrame) -> tuple[int, int, int, int]:
 
 
 def decoded(stored: bytes) -> Image:
-    """A stored picture as RGB, upright.
-
-    Raises:
-        OSError, ValueError, av.FFmpegError: no picture, a damaged one, or one far too large.
-    """
+    """A stored picture as RGB, upright. OSError, ValueError, av.FFmpegError: no picture, a damaged one, or
+    one far too large."""
     if stored.startswith(PNG):
         with av.open(io.BytesIO(stored), mode="r", format="png_pipe") as container:
             for picture in container.decode(video=0):

@@ -86,9 +86,7 @@ class Session:
     ) -> None:
         """Open the video and show frame `first`; VideoError if it cannot be read or ends before.
 
-        Args:
-            facing: +1 right, -1 left, None to find it from the marks.
-            figure: name or file of the figure, which must be the table's.
+        `facing` is +1 right, -1 left, None to find it from the marks; `figure` names the table's.
         """
         self.video, self.table, self.facing = video, table, facing
         self.taken: Taken | None = None

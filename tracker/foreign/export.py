@@ -64,9 +64,8 @@ def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress)
     """Write the run in every format under its usual name; returns a line for each, also for those that are
     not possible.
 
-    Raises:
-        RunError, FolderError: as `export_run`, before anything is written.
-        ForeignError: interrupted after some were written; names these.
+    RunError, FolderError: as `export_run`, before anything is written. ForeignError: interrupted after some
+    were written; names these.
     """
     places = {to: Path(export_name(folder, to)) for to in FORMATS}
     with swept(places.values()):

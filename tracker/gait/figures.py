@@ -88,9 +88,7 @@ class Gait:
 def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait | None:
     """The gait figures of a track; None for a figure without legs by the walking figure's names.
 
-    Args:
-        rate: playback speed, 0.5 for a film at half speed; the film's seconds times this are seconds walked.
-        known: the person's height or the scale.
+    `rate` is the playback speed, 0.5 for a film at half speed, by which the film's seconds are multiplied.
     """
     if not {*track.figure.joints, *track.figure.freedoms} >= NEEDED:
         return None

@@ -116,13 +116,8 @@ def _walked(folder: Path) -> Walked:
 
 
 def _changes(before: Gait, after: Gait, pairs: Mapping[str, Side]) -> Iterator[Change]:
-    """Every figure that both runs have, for each leg where legs differ.
-
-    A figure that one run has of one leg only and the other of the other leg only is left out.
-
-    Args:
-        pairs: the side in the second run of each leg of the first.
-    """
+    """Every figure that both runs have, for each leg where legs differ; `pairs` is the side in the second run
+    of each leg of the first. A figure that they have of different legs only is left out."""
     for measure in before.measures:
         other, unit = after.named(measure.name), unit_of(measure)
         if other is None:

@@ -28,11 +28,8 @@ def compare_models(
 ) -> str:
     """Follow the clip with every model, write all into `folder`, and return the table as text.
 
-    Only frames up to `job.stop` are scored, and none whose marks were used as anchors.
-
-    Raises:
-        ValueError: no frame of the truth after the start can be scored, or two models have one name; and the
-            exceptions of `clip.follow`.
+    Only frames up to `job.stop` are scored, and none whose marks were used as anchors. ValueError: no frame
+    of the truth after the start can be scored, or two models have one name; else raises as `clip.follow`.
     """
     figure = load_figure(job.figure)
     jobs = {Path(model).name.removesuffix(".npz"): replace(job, model=model) for model in models}

@@ -18,12 +18,8 @@ WIDTH = 240  # pixels of a row's picture
 
 
 def write_overview(path: Path, place: Path, clips: Iterable[tuple[str, Path | None, str]]) -> None:
-    """Write the page.
-
-    Args:
-        place: the folder in which it will be.
-        clips: of each the name, the folder of its run, None if it failed, and how it ended.
-    """
+    """Write the page, which will be in the folder `place`; `clips` are name, folder of the run, None if it
+    failed, and how it ended."""
     rows = [_row(*clip, place) for clip in clips]
     write_page(path, PAGE, {}, title=place.name, head=MADE, rows=rows)
 
