@@ -29,13 +29,6 @@ def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
     )
 
 
-def test_a_film_of_which_every_third_frame_was_dropped_is_told(tmp_path):
-    ticks = [100 * t // 3 for t in range(60) if t % 3]
-    video = Video(make_clip(tmp_path / "phone.mp4", [picture(t % 20) for t in range(40)], ticks=ticks))
-    list(video)
-    assert video.uneven.startswith("39 of 40 frames of phone.mp4 come early or late")
-
-
 @pytest.mark.parametrize(
     "ticks",
     [

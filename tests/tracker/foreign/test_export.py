@@ -161,14 +161,6 @@ def heads(path):
     return np.array([row[i : i + 3] for row in rows[5:]], float)
 
 
-def test_two_points_scale_as_a_height_does(run, tmp_path):
-    exported(run, "trc", "--out", tmp_path / "a.trc", "--scale-points", "0,0,100,0,1.5")
-    exported(run, "trc", "--out", tmp_path / "b.trc", "--scale-points", "0, 10, 0, 60, 1.5")
-    one, other = heads(tmp_path / "a.trc"), heads(tmp_path / "b.trc")
-    assert_allclose(other, 2.0 * one, atol=2e-6)
-    assert np.isnan(one).any(1).sum() == FRAMES - T + 2
-
-
 def test_a_trc_without_a_scale_is_refused(run, tmp_path):
     said = refused(run, "--to", "trc", "--out", tmp_path / "w.trc")
     assert "give --height METRES of the person, or --scale-points" in said

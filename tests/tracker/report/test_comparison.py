@@ -21,15 +21,9 @@ from tracker.tables.keypoints import read_keypoints
 
 MODELS = ("cv", "walk-run-1")
 SCORE_KEYS = {
-    "first_failure_frame",
-    "frames_followed",
-    "truth_frames",
-    "mean_error_leg",
-    "median_error_leg",
-    "pck_02_leg",
-    "swaps",
-    "angle_median_deg",
-}
+    "first_failure_frame", "frames_followed", "truth_frames", "mean_error_leg", "median_error_leg",
+    "pck_02_leg", "swaps", "angle_median_deg",
+}  # fmt: skip
 SCORED = ("head_top", "neck", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
 
 
