@@ -3,7 +3,7 @@
 import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -100,17 +100,12 @@ def _rows(table: Path, place: Path, progress: Progress) -> list[Row]:
     rows: list[Row] = []
     for where, cells in LAYOUT.rows(table):
         if not rows:
-            _warn_of_unknown(cells, table, progress)
+            for name in (name for name in cells if name not in COLUMNS):
+                progress.warn(f"column {name!r} of {table.name} is not read; known are {', '.join(COLUMNS)}")
         rows.append(_row(cells, table.absolute().parent, place, where))
     if not rows:
         raise JobsError(f"{table} has no jobs; write a row for each clip below {HEADER}")
     return rows
-
-
-def _warn_of_unknown(names: Iterable[str], table: Path, progress: Progress) -> None:
-    for name in names:
-        if name not in COLUMNS:
-            progress.warn(f"column {name!r} of {table.name} is not read; known are {', '.join(COLUMNS)}")
 
 
 def _check_apart(rows: list[Row], table: Path, place: Path) -> None:
