@@ -71,23 +71,20 @@ class Picture {
 
   /** The place in the frame under a place in the window. */
   under(event) {
-    const box = this.box;
-    return {
-      x: this.view.x + (event.clientX - box.left) / this.view.scale,
-      y: this.view.y + (event.clientY - box.top) / this.view.scale,
-    };
+    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.svg.getScreenCTM().inverse());
+    return { x, y };
   }
 
   /** Zoom by a factor; what is under the pointer, or else in the middle, stays there. */
   zoom(factor, event = null) {
-    const box = this.box;
-    const middle = { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
-    const at = event ?? this.pointer ?? middle;
-    const least = 0.5 * Math.min(box.width / this.size.width, box.height / this.size.height);
+    const { width, height } = this.box;
+    const least = 0.5 * Math.min(width / this.size.width, height / this.size.height);
     const scale = Math.min(Math.max(this.view.scale * factor, least), CLOSEST);
-    const kept = this.under(at);
+    const at = event ?? this.pointer;
+    const { x, y } = at ? this.under(at) : this.middle;
+    const closer = this.view.scale / scale;
     this.fitted = false;
-    this.look(kept.x - (at.clientX - box.left) / scale, kept.y - (at.clientY - box.top) / scale, scale);
+    this.look(x + closer * (this.view.x - x), y + closer * (this.view.y - y), scale);
   }
 
   wheel(event) {

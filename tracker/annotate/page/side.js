@@ -98,12 +98,7 @@ function showRow(button) {
   button.classList.toggle("placed", Boolean(mark));
   const state = mark ? (mark.visible ? "" : "hidden") : left().has(name) ? "left out" : "";
   button.querySelector(".state").textContent = state;
-  button.querySelector(".place").textContent = mark ? placed(mark) : "";
-}
-
-function placed(mark) {
-  const { x, y } = rounded(mark);
-  return `${x}, ${y}`;
+  button.querySelector(".place").textContent = mark ? Object.values(rounded(mark)).join(", ") : "";
 }
 
 /** Buttons of the marked frames that are nearest. */
