@@ -33,11 +33,6 @@ def test_it_gives_arrays_of_every_frame(track):
     assert set(track.outcome) <= {"ok", "hidden"}
 
 
-def test_the_joints_lie_where_the_walker_is(clip, track):
-    wanted = np.stack([clip.joints[name][:7] for name in track.figure.joints], axis=1)
-    assert np.hypot(*np.moveaxis(track.joints() - wanted, -1, 0)).mean() < 0.1 * clip.leg_px
-
-
 def test_it_is_the_track_of_the_command_with_the_same_options(clip, track, tmp_path):
     words = ["track", clip.video, "--keypoints", clip.keypoints, "--out", tmp_path / "out"]
     succeeds(*words, "--start", 3, "--stop", 6, "--quiet")

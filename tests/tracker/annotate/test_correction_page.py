@@ -137,17 +137,6 @@ def test_the_legs_of_all_frames_are_exchanged_undone_and_done_again_together(bro
         assert browser.value("document.querySelector('#redo').disabled")
 
 
-@pytest.mark.whole
-def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run):
-    with correcting(browser, run) as shown:
-        shown.turn_to(1, ".")
-        tracked = shown.points()
-        browser.push("#all")
-        assert {other_side(name): place for name, place in shown.points().items()} == tracked
-        follow_on(browser)
-    assert exchanged(scene, run).all()
-
-
 def test_the_start_stays_marked_and_other_frames_need_not(browser, run):
     with correcting(browser, run) as shown:
         assert browser.value("document.querySelector('#clear').disabled")
