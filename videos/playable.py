@@ -45,18 +45,12 @@ class Playable:
 
 
 def copied(source: Path, path: Path, first: int, times: Array, size: tuple[int, int]) -> Playable | None:
-    """Packets of a film's frames, copied without sound and names.
+    """Packets of the frames first .. first + T - 1 of a film, copied into an mp4 without sound and names.
 
-    Args:
-        source: a video file, or a folder of images, which has no packets.
-        path: of the mp4; an existing file is replaced.
-        first: frame to begin with, counted as `videos.frames` does.
-        times: (T,) seconds since frame 0 of the frames first .. first + T - 1, as decoded.
-        size: (width, height) of a frame, upright, pixels.
-
-    Returns:
-        None where a browser may not show exactly these frames at these times: another codec, pixels that are
-        not square, mirrored pictures, packets that do not come to one frame each at its time.
+    `times` (T,) are their seconds since frame 0, as decoded by `videos.frames`; `size` is (width, height) of
+    a frame, upright, pixels. None where a browser may not show exactly these frames at these times: a folder
+    of images, another codec, pixels that are not square, mirrored pictures, packets that do not come to one
+    frame each at its time.
     """
     if not source.is_file():
         return None

@@ -36,10 +36,8 @@ class Correction(Session):
     def __init__(self, folder: Path, first: int | None, progress: Progress) -> None:
         """Open a complete run; the page shows the frame `first`, None for the start frame.
 
-        Raises:
-            RunError: no complete run, or one whose film is gone or altered.
-            VideoError: the film cannot be read, or ends before `first`.
-            FolderError: the film or another of the run's inputs lies in its folder.
+        RunError: no complete run, or one whose film is gone or altered. VideoError: the film cannot be read,
+        or ends before `first`. FolderError: the film or another of the run's inputs lies in its folder.
         """
         self.folder, self.progress = folder, progress
         self._said, self._follows = "", False

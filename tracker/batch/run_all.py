@@ -77,11 +77,8 @@ def run_batch(
         overwrite: whether complete runs of other jobs may be replaced.
         tls: certificate and key of the scheduler's cluster, as for `tracker.models.cluster.cluster_at`.
 
-    Raises:
-        JobsError: a table that cannot be used; nothing was done.
-        ClusterError: a scheduler that does not answer.
-        FolderError: a summary that cannot be written.
-        ValueError: the user stopped it.
+    JobsError: a table that cannot be used; nothing was done. ClusterError: a scheduler that does not answer.
+    FolderError: a summary that cannot be written. ValueError: the user stopped it.
     """
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"

@@ -35,10 +35,9 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
     """Write the run as `out`, a folder for OpenPose and a file for the others; returns a line with the file's
     name and what it lacks.
 
-    Raises:
-        RunError: no complete run in the folder, or one in which the figure was followed in no frame.
-        ForeignError: the format needs something that run and wish lack.
-        FolderError: a place that cannot be written, or one that is taken.
+    RunError: no complete run in the folder, or one in which the figure was followed in no frame.
+    ForeignError: the format needs something that run and wish lack. FolderError: a place that cannot be
+    written, or one that is taken.
     """
     if not FORMATS[wish.to].scaled and (wish.height is not None or wish.points is not None):
         raise ForeignError(f"{wish.to} has no place for a height or a scale, it is in pixels; leave them out")
