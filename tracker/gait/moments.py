@@ -101,15 +101,10 @@ class Way:
             for name, x in ((STRIKE, ankle), (OFF, -tip))
         }
 
-    def around(self, t: int, period: float) -> Array | None:
-        """(C, W) x at a frame; None if the clip does not contain the whole window."""
-        sampled = _sampling(t, period, len(self.places))
-        return None if sampled is None else (sampled[1] @ self.places[sampled[0]]).T
-
     def moments(self, turns: Ints, period: float, weights: Weights) -> Iterator[Event]:
         """The moments near these frames, if the clip contains the whole window."""
         for t in turns:
-            sampled = _sampling(int(t), period, len(self.places))
+            sampled = sampling(int(t), period, len(self.places))
             if sampled is not None:
                 rows, mix = sampled
                 by_row = weights.w @ mix
@@ -136,8 +131,9 @@ def named(kind: str, runs: bool, toes: bool) -> str:
     return f"{'run' if runs else 'walk'}_{kind}_{'toe' if toes else 'ankle'}"
 
 
-def _sampling(t: int, period: float, T: int) -> tuple[slice, Array] | None:
-    """Rows around a frame, and (W, R) that interpolates values in them at WINDOW, less their mean."""
+def sampling(t: int, period: float, T: int) -> tuple[slice, Array] | None:
+    """Rows around a frame, and (W, R) that interpolates values in them at WINDOW, less their mean; None if
+    some of the rows lie beyond the T of the clip."""
     at = t + period * WINDOW
     rows = slice(int(np.floor(at[0])), int(np.ceil(at[-1])) + 1)
     if rows.start < 0 or rows.stop > T:

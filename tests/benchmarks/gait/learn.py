@@ -23,7 +23,7 @@ from kinematics.sides import SIDES
 from kinematics.spm import View
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of, motions
-from tracker.gait.moments import OFF, STRIKE, Way, Weights, named
+from tracker.gait.moments import OFF, STRIKE, Way, Weights, named, sampling
 from tracker.run.track import Track
 from tracker.scene.steps import Array, Build, Gait, random_build
 
@@ -116,10 +116,11 @@ def cases(
                     for kind, at in turns.items():
                         moments = [(getattr(one, kind), kind in one.clear) for one in truth[side]]
                         for t in at:
-                            x = way.around(int(t), period)
+                            sampled = sampling(int(t), period, len(way.places))
                             late = [(fps * (at - track.times[t]) / period, clear) for at, clear in moments]
                             nearest, clear = min(late, key=lambda one: abs(one[0]), default=(np.inf, False))
-                            if x is not None and clear and abs(nearest) < NEAR:
+                            if sampled is not None and clear and abs(nearest) < NEAR:
+                                x = (sampled[1] @ way.places[sampled[0]]).T
                                 yield kind, Case(subject, motion.name, licence, float(nearest), x)
 
 
