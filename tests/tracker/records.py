@@ -78,7 +78,7 @@ def validated(tool, *words):
 
 
 def validator(tool):
-    """The validator's module, to see that it finds fault with what is spoiled."""
+    """The validator's module."""
     spec = importlib.util.spec_from_file_location(Path(tool).stem, tools() / tool)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
