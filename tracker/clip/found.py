@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
-from tracker.clip.staged import FEWEST, Surveyed, every, surveyed
+from tracker.clip.staged import Surveyed, every, fewest, surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
@@ -202,9 +202,8 @@ def _nobody(how: Following, video: Video) -> FoundError:
     if film is None:
         return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
     if not (film.enough or film.cut):
-        return FoundError(
-            f"nobody can be found in fewer than {FEWEST * step} frames; mark the joints of one frame"
-        )
+        least = fewest(video.fps / step) * step
+        return FoundError(f"nobody can be found in fewer than {least} frames; mark the joints of one frame")
     if how.facing is not None and people(video, Progress("quiet"), first, how.stop):
         return FoundError(f"who walks through the film does not face {how.facing}; leave out --facing")
     place = spot(film.stage(1)) if film.enough else None

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import chain
+from math import ceil
 
 import numpy as np
 
@@ -24,7 +25,8 @@ TOGETHER = 3.0  # factor on the spread, since errors of successive frames are co
 MOST = 3.0  # largest spread as a multiple of POINT, if the figure stands out from the scene
 OFTEN = 60.0  # surveyed frames a second, about, if a film has more,
 ENOUGH = 100  # and so many surveyed frames altogether
-FEWEST = 20  # frames; in fewer a walker covers many places in half of them
+FEWEST = 20  # frames at 30 a second or more; in fewer a walker covers many places in half of them
+LEAST = 10  # the same at lower rates, as the scene is their median
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Surveyed:
     @property
     def enough(self) -> bool:
         """Whether the frames are enough to know the scene."""
-        return len(self.survey.places) >= FEWEST
+        return len(self.survey.places) >= fewest(self.video.fps / self.every)
 
     def stage(self, facing: int, expected: Expected = USUAL) -> Stage:
         """The log odds of the frames.
@@ -62,6 +64,12 @@ class Surveyed:
             odds[t], light[t], shares[t] = shown
         fps = self.video.fps / self.every
         return Stage(odds, light, self.survey.up, self.survey.places, facing, fps, shares)
+
+
+def fewest(fps: float) -> int:
+    """Least number of surveyed frames in which the scene is known; at a low rate a walker goes as far in
+    fewer."""
+    return min(max(ceil(FEWEST * fps / 30.0), LEAST), FEWEST)
 
 
 def every(video: Video, first: int, last: int | None) -> int:

@@ -125,7 +125,7 @@ def fitted(
     hips, units, phase = _gait(stage, start, frame, cycles, found)
     axes = units[:, None] * np.array([stage.facing, -1.0])
     angles = at_phases(cycles.pose[phase.cycle], phase.phase)
-    angles[:, TRUNK] += smooth(phase.lean, stage.often * SMOOTH_LEAN)
+    angles[:, TRUNK] += smooth(phase.lean, stage.rate * SMOOTH_LEAN)
     angles[:, NECK] = start.q[columns[NECK]]
     q = start.q.copy()
     q[:2] = (np.asarray(start.view.origin) - hips[frame]) / axes[frame]
@@ -158,7 +158,7 @@ def _gait(
     marked = np.where(start.known[columns], start.q[columns], np.nan)
     seen = phases(stage, shape, cycles, hips, units, marked, frame)
     scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * seen.shift)
-    hips = stage.in_frames(smooth(scene, stage.often * SMOOTH))
+    hips = stage.in_frames(smooth(scene, stage.rate * SMOOTH))
     return hips, units, seen
 
 

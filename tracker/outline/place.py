@@ -25,9 +25,10 @@ DENSITY = 8.0  # places in a leg length
 SIZES_OFF = np.arange(-2, 3)  # sizes that are tried, steps from the marked one
 SIZES = np.log(1.12) * SIZES_OFF  # their logs relative to it
 EVERY = 10  # every such phase of a cycle has a silhouette
-STEP = 0.6  # cost of a step of one place a frame along, or of half a place up or down, nats
+STEP = 0.6  # cost of a step of one place along, or of half a place up or down, nats; at 30 frames a second
 RESIZE, RESIZE_FOUND = 3.0, 8.0  # cost of a change to the next size, nats, with a marked frame, without marks
-REACH = 5  # longest step, places a frame
+FASTEST = 15.0  # speed with which a longest step keeps up, leg lengths a second,
+REACH, FARTHEST = 5, 24  # and the least and the largest longest step, places a frame
 HELD = 12.0  # cost of a path one place off the marked place, nats; four times as much for one size
 HELD_FOUND = 0.3  # the same for a start without marks
 SMOOTH = 1.5  # frames over which the path's place is smoothed, at 30 a second
@@ -61,9 +62,12 @@ def walk(
     sums = _sums(weighed, size, _silhouettes(shape, cycles, stage.facing))
     held = _held(DENSITY / unit * stage.in_scene(hips) - corners, size, frame, HELD if marked else HELD_FOUND)
     scores = (score - cost for score, cost in zip(sums, held, strict=True))
-    path = best_path(scores, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
-    places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.often * SMOOTH)
-    larger = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
+    # At a low rate a step may be longer, and a second's way costs as much.
+    step, resize = min(stage.rate, 1.0) * STEP, stage.often * (RESIZE if marked else RESIZE_FOUND)
+    reach = min(max(round(DENSITY * FASTEST / stage.fps), REACH), FARTHEST)
+    path = best_path(scores, corners, step, resize, reach)
+    places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.rate * SMOOTH)
+    larger = smooth(SIZES[path[:, 0]], stage.rate * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
     larger -= larger[frame] if marked else 0.0
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(larger) / zoom
 

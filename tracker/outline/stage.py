@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from kinematics.figure import Array
-from tracker.often import often
+from tracker.often import USUAL, often
 from tracker.outline.shape import Grid
 from tracker.picture.pyramid import Image, Planes
 from tracker.survey.evidence import NOTHING, UNITS
@@ -42,6 +42,11 @@ class Stage:
     def often(self) -> float:
         """Frames for each at 30 a second, see `tracker.often`."""
         return often(self.fps)
+
+    @property
+    def rate(self) -> float:
+        """Frames in the time of one at 30 a second, at lower rates a share of one."""
+        return self.fps / USUAL
 
     @property
     def zoom(self) -> Array:

@@ -15,7 +15,7 @@ from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.outlines import look
 from tracker.clip.plan import prepare
-from tracker.clip.staged import FEWEST
+from tracker.clip.staged import FEWEST, LEAST, fewest
 from tracker.clip.start import FoundError
 from tracker.outline.spot import Spot
 from tracker.progress import Progress
@@ -257,6 +257,14 @@ def test_of_several_scenes_the_first_is_searched_in_which_anybody_walks(walk, tm
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
     monkeypatch.setattr(found_module, "paths", None)
     assert people(video, QUIET, stop=FEWEST - 2) == []
+
+
+def test_at_a_low_rate_fewer_frames_tell_the_scene(walk, tmp_path):
+    assert [fewest(fps) for fps in (60.0, 30.0, 24.0, 15.0, 5.0)] == [FEWEST, FEWEST, 16, LEAST, LEAST]
+    (one,) = people(as_video(walk.images[::3], tmp_path, fps=10.0), QUIET)
+    assert np.hypot(*(one.joints - walk.joints[3 * one.frame]).T).mean() < 0.1 * UNIT
+    with pytest.raises(FoundError, match=f"fewer than {LEAST} frames"):
+        start_of([], Following(stop=LEAST - 2), as_video(walk.images[::3], tmp_path, fps=10.0))
 
 
 @pytest.mark.parametrize("hint", [None, 10, 32])  # joined recordings announce the frames of one

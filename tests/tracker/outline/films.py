@@ -121,6 +121,27 @@ class Film:
         images = np.rint((1.0 - cover) * self.images + cover * other.images).astype(np.uint8)
         return replace(self, images=images, cover=np.maximum(self.cover, other.cover))
 
+    def carried(self, by):
+        """Who is so many pixels (T, 2) further right and down in each frame; of a camera that is still."""
+
+        def rolled(pictures):
+            return np.stack(
+                [np.roll(each, way[::-1], (0, 1)) for each, way in zip(pictures, by, strict=True)]
+            )
+
+        return replace(
+            self,
+            images=rolled(self.images),
+            cover=rolled(self.cover),
+            hips=self.hips + by,
+            joints=self.joints + by[:, None],
+        )
+
+    def sprinting(self, faster):
+        """Who goes so many pixels further from frame to frame, and is in the same place in their middle."""
+        by = faster * (np.arange(len(self.q)) - len(self.q) // 2)
+        return self.carried(np.stack([by, 0 * by], axis=1))
+
     def person(self, frame=MIDDLE, *, direction=1, turned=0.3, named=9.0):
         """Who is found where everything is seen as it is."""
         T = len(self.q)

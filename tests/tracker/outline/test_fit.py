@@ -55,6 +55,14 @@ def test_a_film_with_every_frame_twice_shows_the_same_poses(walk, stage, found):
     assert again.named == pytest.approx(found.named, rel=0.25)
 
 
+def test_at_a_low_rate_who_bounces_is_not_smoothed_away(walk, rng):
+    some = walk.part(slice(None, None, 4))
+    down = np.rint(8.0 * np.cos(0.5 * np.pi * np.arange(len(some.q)) + 0.8)).astype(int)
+    bounces = some.carried(np.stack([0 * down, down], axis=1))
+    found = fit(bounces, replace(bounces.stage(rng), fps=FPS / 4.0), frame=MIDDLE // 4)
+    assert errors(found.joints, bounces).mean() < 0.4 * NEAR
+
+
 def test_the_head_is_held_about_half_way_between_the_marked_angle_and_its_outline(walk, stage, found):
     neck = columns_of(WALKER)[NECK]
     start = walk.start()

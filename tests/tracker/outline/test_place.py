@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, FRAMES, MIDDLE, SHAPE, SIZE, UNIT, film
+from tests.tracker.outline.films import CYCLES, FPS, FRAMES, MIDDLE, SHAPE, SIZE, UNIT, film
 from tracker.outline import place
 from tracker.outline.kernels import Kernels
 from tracker.outline.place import DENSITY
@@ -79,3 +79,12 @@ def test_what_stands_still_beside_the_way_does_not_catch_the_path(walk, stage):
     odds[:, :, 190:220] = np.maximum(odds[:, :, 190:220], NOTHING + 40)
     found = place.walk(replace(stage, odds=odds), SHAPE, CYCLES, walk.start(0), 0)
     assert off(found, walk)[0] < 2.0 / DENSITY
+
+
+def test_a_sprinter_at_a_low_rate_is_followed_from_either_end(walk, rng):
+    sprint = walk.part(slice(None, None, 4)).sprinting(20)
+    stage = replace(sprint.stage(rng), fps=FPS / 4.0)
+    for frame in (0, len(sprint.q) - 1):
+        away, size = off(place.walk(stage, SHAPE, CYCLES, sprint.start(frame), frame), sprint)
+        assert away < 2.0 / DENSITY
+        assert size < np.log(1.12)
