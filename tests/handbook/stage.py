@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 from contextlib import chdir
-from functools import cache, partial
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -158,7 +158,7 @@ def run(words, folder, scheduler):
 def shorten(monkeypatch):
     """The demo on a short walk, the papers' experiments but one."""
     monkeypatch.setattr(demo, "render", lambda *_, **__: rendered())
-    monkeypatch.setattr(demo, "run_demo", partial(demo.run_demo, frames=FRAMES))
+    monkeypatch.setattr(demo, "FRAMES", FRAMES)
     monkeypatch.setattr(demo, "fetch", lambda folder: demo.write_scene(rendered(), folder)[0])
     monkeypatch.setattr(experiments, "EXPERIMENTS", (runtime,))
 
