@@ -5,6 +5,8 @@ Slow imports happen in the call, so that `import tracker` is fast.
 
 import re
 import warnings
+from dataclasses import fields
+from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -60,6 +62,7 @@ def follow(
     marks, shown = None if keypoints is None else Path(keypoints), Progress(progress)
     chosen = settings if isinstance(settings, Settings) else None
     file = Path(settings) if isinstance(settings, (str, PathLike)) else None
+    _check_names(options, [field.name for field in fields(Following)])
     try:
         run = follow_clip(
             asked(Following(settings=file, **options), Path(video), marks, chosen, shown), shown
@@ -70,6 +73,13 @@ def follow(
     for warning in run.warnings:
         warnings.warn(_by_keywords(warning), stacklevel=2)
     return run.track
+
+
+def _check_names(options: dict[str, Any], known: list[str]) -> None:
+    for name in options:
+        if name not in known:
+            near = ", ".join(get_close_matches(name, known) or known)
+            raise TypeError(f"follow() has no option {name!r}; choose from {near}")
 
 
 def _by_keywords(said: Any) -> Any:

@@ -63,8 +63,8 @@ def test_every_option_is_heeded(clip, tmp_path):
         tracker.follow(clip.video, clip.keypoints, start=6, stop=6, facing="left")
 
 
-def test_errors_name_keywords(clip):
-    with pytest.raises(TypeError, match="unexpected keyword argument 'heigth'"):
+def test_errors_name_keywords_and_a_wrong_one_the_nearest(clip):
+    with pytest.raises(TypeError, match=r"^follow\(\) has no option 'heigth'; choose from height$"):
         tracker.follow(clip.video, heigth=1.75)
     with pytest.raises(ValueError, match="from_ 4 comes after the start frame 0; choose an earlier from_"):
         tracker.follow(clip.video, clip.keypoints, start=0, from_=4)
