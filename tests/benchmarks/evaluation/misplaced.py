@@ -67,10 +67,6 @@ def _careless(pixels: float) -> Change:
     return change
 
 
-def _of_another_frame(row: Row, later: Row, leg: float, rng: np.random.Generator) -> dict[str, Mark]:
-    return dict(later)
-
-
 WAYS: dict[str, Change] = {
     "legs exchanged": _exchanged("knee", "ankle", "toe"),
     "ankles and toes exchanged": _exchanged("ankle", "toe"),
@@ -80,7 +76,7 @@ WAYS: dict[str, Change] = {
     "5 px of noise": _careless(5.0),
     "10 px of noise": _careless(10.0),
     "everything 0.15 leg lengths off": _moved((), 0.15, 0.0),
-    f"of the frame {LATER} later": _of_another_frame,
+    f"of the frame {LATER} later": lambda row, later, leg, rng: dict(later),
 }
 
 
@@ -129,20 +125,16 @@ def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
     except (StartError, PoseError):
         return Told(refused=True)
     found = score({t: row for t, row in marks.items() if t != start}, places(run.track), BEFORE_ALL)
-    off = [frame for frame, error in found.frame_errors.items() if error > AWAY]
-    return Told(
-        wrong=found.first_failure_frame is not None or 2 * found.swaps > found.truth_frames,
-        warned=bool(set(run.warnings) - set(_of_film(path))),
-        off=len(off),
-        sure=sum(_sure(run.track, marks[frame], frame, leg) for frame in off),
-    )
-
-
-def _of_film(path: Path) -> list[str]:
     video = Video(path)
     for _ in video:
         pass
-    return video.notes
+    off = [frame for frame, error in found.frame_errors.items() if error > AWAY]
+    return Told(
+        wrong=found.first_failure_frame is not None or 2 * found.swaps > found.truth_frames,
+        warned=bool(set(run.warnings) - set(video.notes)),
+        off=len(off),
+        sure=sum(_sure(run.track, marks[frame], frame, leg) for frame in off),
+    )
 
 
 def _sure(track: Track, row: Row, frame: int, leg: float) -> bool:

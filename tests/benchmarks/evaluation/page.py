@@ -113,7 +113,9 @@ def claims(results: Results) -> list[Claim]:
         Claim(f"mean error against {CV}", mean / mean_error(rows[CV]), 0.5),
         Claim("the same, each clip held out", mean_error(tuned.held_out) / mean_error(unseen), 0.5),
         Claim("mean error against the best rival", mean / rivals, 0.35),
-        *_of_many_states(rows),
+        *_against(rows, DEFAULT, ALONE),
+        *_against(rows, DEFAULT, ONE_STATE),
+        *_against(rows, MANY_STATES, ALONE),
         Claim("mean error held out against tuned", tuned.ratio, 1.2),
         Claim("knee against the colour band, px", max(bands), 3.0),
         Claim("NEES", nees(spread), 4.0, 1.0),
@@ -126,11 +128,6 @@ def cell(found: Score) -> str:
     """A clip's mean error, and where it was lost."""
     lost = found.first_failure_frame
     return f"{found.mean_error_leg:.3f}" + ("" if lost is None else f" ({lost})")
-
-
-def _of_many_states(rows: dict[str, list[Outcome]]) -> list[Claim]:
-    pairs = ((DEFAULT, ALONE), (DEFAULT, ONE_STATE), (MANY_STATES, ALONE))
-    return [claim for many, one in pairs for claim in _against(rows, many, one)]
 
 
 def _against(rows: dict[str, list[Outcome]], many: str, one: str) -> list[Claim]:
@@ -159,14 +156,10 @@ def _switched(results: Results) -> list[str]:
     return table(
         SWITCHED_HEADER,
         [
-            [name, *_summary(row)[:2], *_summary(hard[name])[:2], *_failures(row + hard[name])]
+            [name, *_summary(row)[:2], *_summary(hard[name])[:2], *_summary(row + hard[name])[4:6]]
             for name, row in rows.items()
         ],
     )
-
-
-def _failures(row: list[Outcome]) -> list[str]:
-    return [str(_lost(row)), str(_swaps(row))]
 
 
 def _summary(row: Sequence[Outcome]) -> list[str]:

@@ -131,7 +131,9 @@ def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Trac
     times = np.arange(rng.uniform(0.0, 0.5 / fps), motion.seconds - 1.0 / RATE, 1.0 / fps)
     figure = figure_of(build)
     q = poses(figure, build, gait_of(motion, build, times))
-    q[:, ANGLES] += _errors((len(q), len(ANGLES)), fps, rng)
+    shape = len(q), len(ANGLES)
+    slow = gaussian_filter1d(rng.standard_normal(shape), TOGETHER * fps, axis=0, mode="reflect")
+    q[:, ANGLES] += np.radians(NOISE * slow / slow.std() + GRAIN * rng.standard_normal(shape))
     track = Track(
         figure=figure,
         view=View((0.0, 0.0), 100.0, 1),
@@ -166,11 +168,6 @@ def poses(figure: Figure, build: Build, gait: Gait) -> Array:
     for side, hip, knee, foot in zip(SIDES, q.T[[4, 6]], q.T[[5, 7]], gait.foot.T, strict=True):
         q[:, figure.index(f"ankle_{side}")] = square + foot - (hip - knee)
     return q
-
-
-def _errors(shape: tuple[int, int], fps: float, rng: np.random.Generator) -> Array:
-    slow = gaussian_filter1d(rng.standard_normal(shape), TOGETHER * fps, axis=0, mode="reflect")
-    return np.radians(NOISE * slow / slow.std() + GRAIN * rng.standard_normal(shape))
 
 
 def _weights(cases: Sequence[Case], taught: Sequence[Case]) -> Weights:

@@ -83,7 +83,9 @@ def case(seed: int, trials: Path, tracks: Path) -> Case:
 
 def measured(none: Case, plan: Plan, track: Track) -> Case:
     """What a track's strides come to."""
-    run, contact = runs(track), _contacts(plan)
+    run, lead = runs(track), plan.walkers[0]
+    moments = np.arange(int(lead.motion.seconds * RATE)) / RATE  # of the motion, of which the film is a part
+    contact = contacts(gait_of(lead.motion, lead.build, moments), lead.build)
     found = strides_of(track, run)
     pairs = {side: list(_pairs(plan, found[side].sound, contact[side])) for side in SIDES}
     known = {side: [one for one in pairs[side] if one is not None] for side in SIDES}
@@ -133,13 +135,6 @@ def _followed(made: Film) -> Track | str:
             return str(refused)
 
 
-def _contacts(plan: Plan) -> dict[Side, list[Contact]]:
-    """Of the motion that is shown, all of it: seconds of the motion."""
-    lead = plan.walkers[0]
-    moments = np.arange(int(lead.motion.seconds * RATE)) / RATE
-    return contacts(gait_of(lead.motion, lead.build, moments), lead.build)
-
-
 def _pairs(
     plan: Plan, strides: Sequence[Stride], true: Sequence[Contact]
 ) -> Iterator[tuple[Stride, tuple[Contact, Contact]] | None]:
@@ -168,16 +163,12 @@ def _seconds(plan: Plan, frame: float) -> float:
     return plan.walkers[0].zero + frame * plan.speed / plan.fps
 
 
-def _event(plan: Plan, seconds: float) -> Event:
-    """A true moment, in frames."""
-    return Event((seconds - plan.walkers[0].zero) * plan.fps / plan.speed, 0.0, 0.0)
-
-
 def _true_strides(
     plan: Plan, pairs: Sequence[tuple[Stride, tuple[Contact, Contact]]], true: Sequence[Contact]
 ) -> Strides:
     def frames(*seconds: float) -> tuple[Event, ...]:
-        return tuple(_event(plan, moment) for moment in seconds)
+        first = plan.walkers[0].zero
+        return tuple(Event((moment - first) * plan.fps / plan.speed, 0.0, 0.0) for moment in seconds)
 
     sound = tuple(Stride(*frames(one.strike, one.off, after.strike)) for _, (one, after) in pairs)
     return Strides(sound, 0, frames(*(one.strike for one in true)), frames(*(one.off for one in true)))

@@ -4,7 +4,6 @@ What is measured, and with what, is `tracker.experiments`. A segment is mirrored
 and far legs count alike. A source is the folder of captures and splices.
 """
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -18,6 +17,7 @@ from dynamics.gaussian import Array
 from dynamics.store import Model
 from kinematics.mocap import POSE_COLUMNS, mirror
 from kinematics.mocap import Sequence as Capture
+from tests.tracker.clips import read_csv
 from tracker.experiments.measures import Errors, by_person, noisy, rms
 from tracker.experiments.study import Recipe, Study, read_study
 from tracker.models.centred import ANGLES, centred
@@ -139,7 +139,7 @@ def summary(everyone: list[Errors]) -> tuple[float, float]:
 def splices(source: Path, noise: int) -> Splices:
     """The spliced sequences with so many degrees of noise, the root blanked."""
     folder = source / "splices"
-    truth, rows = _rows(folder / "truth.csv"), _rows(folder / f"splice_n{noise}.csv")
+    truth, rows = read_csv(folder / "truth.csv"), read_csv(folder / f"splice_n{noise}.csv")
     if [(r["seq"], r["frame"]) for r in truth] != [(r["seq"], r["frame"]) for r in rows]:
         raise ValueError(f"truth.csv and splice_n{noise}.csv in {folder} must list the same frames")
     y = np.array([[np.nan, np.nan, *(float(r[name]) for name in POSE_COLUMNS[ANGLES])] for r in rows])
@@ -155,8 +155,3 @@ def splices(source: Path, noise: int) -> Splices:
 @cache
 def _segments(source: Path) -> tuple[Segment, ...]:
     return tuple(Segment(n, capture) for n, capture in enumerate(both(study(source).captures)))
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))

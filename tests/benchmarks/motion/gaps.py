@@ -118,7 +118,8 @@ class Filling:
         assert isinstance(model, SLDS)
         if self.way == PATH:
             return partial(best_path, model)
-        return partial(_sampled, model, self.way == POSE)
+        recurrent = self.way == POSE
+        return lambda y: interpolate(model, y, np.random.default_rng(SEED), recurrent=recurrent).mean
 
 
 def jobs(source: Path) -> Iterator[Filling]:
@@ -183,11 +184,6 @@ class Nearest:
 
     def _context(self, stretches: Array) -> Array:
         return np.ascontiguousarray(stretches[:, self.sides, ANGLES].reshape(len(stretches), -1))
-
-
-def _sampled(slds: SLDS, recurrent: bool, y: Array) -> Array:
-    """One seed for every gap."""
-    return interpolate(slds, y, np.random.default_rng(SEED), recurrent=recurrent).mean
 
 
 def _rows() -> list[tuple[str, Variant, str]]:

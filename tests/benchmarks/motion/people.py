@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import classify
 from dynamics.slds import SLDS
@@ -77,7 +76,8 @@ class Person:
         assert isinstance(slds, SLDS)
         made = of_person(source, self.names)
         labels = np.array([label for s in made for label in s.labels])
-        found = classify(slds, _noisy(made, self.noise))
+        rngs = (np.random.default_rng([9, self.noise, n]) for n in range(len(made)))
+        found = classify(slds, [noisy(s.y, self.noise, rng) for s, rng in zip(made, rngs, strict=True)])
         far = np.concatenate([s.far(FAR) for s in made])
         wrong = labels != [label for f in found for label in f.label]
         return Counts(len(wrong), int(wrong.sum()), int(far.sum()), int(wrong[far].sum()))
@@ -150,7 +150,3 @@ def _of(results: Results, noise: int, way: str) -> dict[tuple[str, ...], Counts]
 
 def _pooled(each: dict[tuple[str, ...], Counts]) -> Counts:
     return sum(each.values(), start=Counts(0, 0, 0, 0))
-
-
-def _noisy(made: tuple[Splice, ...], degrees: int) -> list[Array]:
-    return [noisy(s.y, degrees, np.random.default_rng([9, degrees, n])) for n, s in enumerate(made)]

@@ -147,7 +147,8 @@ class _Set:
             picture = picture * (1.0 - layer[..., 3:]) + layer[..., :3]
             if i > self.lead:
                 visible = {
-                    name: shown and not _covered(layer, places[name]) for name, shown in visible.items()
+                    name: shown and not under(layer[..., 3], places[name][None])[0]
+                    for name, shown in visible.items()
                 }
         return picture, {name: Mark(*map(float, places[name]), visible[name]) for name in MARK_RANKS}
 
@@ -192,7 +193,3 @@ def _through(layer: Image, corner: Array, size: tuple[int, int]) -> Image:
     """What of a layer over the street is in the picture whose top left corner is there."""
     moved = np.array([[1.0, 0.0, -corner[0]], [0.0, 1.0, -corner[1]]])
     return np.asarray(cv2.warpAffine(layer, moved, size, flags=cv2.INTER_LINEAR), np.float32)
-
-
-def _covered(layer: Image, place: Array) -> bool:
-    return bool(under(layer[..., 3], place[None])[0])
