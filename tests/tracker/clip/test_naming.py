@@ -15,11 +15,6 @@ from tracker.clip.outlines import DOUBTED
 from videos.frames import Video
 
 
-@pytest.fixture(scope="module")
-def video(tmp_path_factory):
-    return as_video(a_walk().images, tmp_path_factory.mktemp("walk"))
-
-
 def near_knees(one):
     return one.outline.joints[:, WALKER.joints.index("near_knee")]
 

@@ -52,11 +52,6 @@ def differs(backdrop, box):
     return backdrop.scenery.differs[-(-y0 // step) : (y1 + 1) // step, -(-x0 // step) : (x1 + 1) // step]
 
 
-def robust(square):
-    """Half the Cauchy loss of three channels' squared difference, as registration has it."""
-    return 0.5 * ROBUST**2 * np.log(1.0 + square / (3.0 * NOISE**2) / ROBUST**2)
-
-
 def covered(image, box, by):
     """The picture with grey levels added within a box."""
     x0, y0, x1, y1 = (int(side) for side in box)
@@ -145,7 +140,9 @@ def test_a_difference_is_the_robust_square_of_the_colours_up_to_a_most(by):
     first = found.scene[0, 0]  # not covered: the plain colour in Lab
     lab = begun.follow(grey, HERE, STILL).scene  # takes the covered place over by a share
     now = first + (lab[40, 50] - first) / BLEND
-    want = min(robust(((now - first) ** 2).sum()), MOST)
+    square = ((now - first) ** 2).sum() / (3.0 * NOISE**2)
+    # Half the Cauchy loss of three channels' squared difference, as registration has it.
+    want = min(0.5 * ROBUST**2 * np.log(1.0 + square / ROBUST**2), MOST)
     assert_allclose(differs(found, THERE), want, rtol=1e-3)
     assert (want == MOST) == (by > 100.0)
 

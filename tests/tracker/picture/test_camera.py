@@ -233,10 +233,6 @@ def off(seen, places):
     return np.hypot(away[..., 0], away[..., 1]).max()
 
 
-def places_of(images):
-    return np.stack([camera.place for camera in cameras((image, NOWHERE) for image in images)])
-
-
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_shift_turn_and_size_are_found_within_half_a_pixel_whoever_walks_through(camera, rng):
     seen = film(rng, frames=12, camera=CAMERAS[camera])
@@ -248,7 +244,8 @@ def test_shift_turn_and_size_are_found_within_half_a_pixel_whoever_walks_through
 def test_turn_and_size_are_found_as_well_when_few_of_a_key_frames_corners_are_left(rng):
     # Zoomed in by a fifth, fewer than ENOUGH of the first frame's corners agree.
     seen = film(rng, frames=22, camera=(0.0, 0.0, 0.0, -0.01))
-    assert off(seen, places_of(seen.images)) < 0.5
+    found = cameras((image, NOWHERE) for image in seen.images)
+    assert off(seen, np.stack([each.place for each in found])) < 0.5
 
 
 def test_where_nothing_has_corners_the_camera_stays_where_it_was_and_is_not_sure(rng):
