@@ -8,8 +8,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.belief import Belief, either, first_belief, propose, together
 from dynamics.gaussian import Gaussian
-from dynamics.kalman import update
-from dynamics.viterbi import viterbi
 from tests.oracles import assert_gaussian, enumerated, mixture, random_covariance, random_slds, sample
 
 
@@ -97,19 +95,6 @@ def test_only_differences_of_cost_matter(rng):
     assert dear.best == belief.best == int(np.argmax(belief.weights))
     far = replace(belief, cost=np.array([0.0, 1e5, np.inf]))
     assert_array_equal(far.weights, [1.0, 0.0, 0.0])
-
-
-def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
-    slds = random_slds(1, order=2, rng=rng)
-    y = sample(slds, 8, rng)[2]
-    belief = first_belief(slds, y[0], slds.R)
-    for t in range(1, 8):
-        prior = propose(slds, belief, prune=0.0, most=9)
-        states, log_lik = update(prior.states, y[t], slds.C, slds.R)
-        belief = replace(prior, states=states, cost=prior.cost - log_lik)
-    want = viterbi(slds, y)
-    assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
-    assert_gaussian(belief.states[0], want.states[-1], atol=1e-12)
 
 
 def test_hypotheses_stand_one_after_another_and_are_taken_by_position(rng):

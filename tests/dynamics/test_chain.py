@@ -71,23 +71,6 @@ def test_a_frame_may_exclude_a_state(rng):
     assert_that_of_all_paths(log_pi0, log_Pi, log_lik)
 
 
-@pytest.mark.parametrize("restless", [False, True])
-def test_sequences_of_unequal_lengths_are_each_on_its_own(restless, rng):
-    log_pi0, log_Pi = random_chain(3, rng)
-    if restless:  # where a shorter sequence has ended no state may follow itself
-        log_Pi = logs(0.5 * (1.0 - np.eye(3)))
-    log_liks = [3.0 * rng.normal(size=(T, 3)) for T in (5, 1, 17, 2, 17, 9, 1)]
-    for log_lik, got in zip(log_liks, answers(log_pi0, log_Pi, log_liks), strict=True):
-        (alone,) = answers(log_pi0, log_Pi, [log_lik])
-        assert got.prob.shape == log_lik.shape
-        assert got.pair.shape == (len(log_lik) - 1, 3, 3)
-        # The same operations, batched otherwise.
-        assert_allclose(got.prob, alone.prob, atol=1e-14)
-        assert_allclose(got.pair, alone.pair, atol=1e-14)
-        assert got.log_evidence == pytest.approx(alone.log_evidence, rel=1e-14)
-        assert_array_equal(got.path, alone.path)
-
-
 def test_what_stands_beyond_a_sequences_end_does_not_matter(rng):
     log_pi0, log_Pi = random_chain(2, rng)
     padded, lengths = side_by_side([rng.normal(size=(T, 2)) for T in (3, 6)], 0.0)

@@ -31,12 +31,6 @@ def learnt(ys, *, weights=None, **options):
     return learn_hmm(ys, names=names, fps=30.0, label="walk", options=Options(**options), weights=weights)
 
 
-def ordered(hmm):
-    """The same model, its states by their first mean."""
-    k = hmm.mean[:, 0].argsort()
-    return replace(hmm, pi0=hmm.pi0[k], Pi=hmm.Pi[np.ix_(k, k)], mean=hmm.mean[k], cov=hmm.cov[k])
-
-
 def assert_same_hmm(one, other, *, atol):
     for name in ("pi0", "Pi", "mean", "cov"):
         assert_allclose(getattr(one, name), getattr(other, name), atol=atol, err_msg=name)
@@ -179,18 +173,6 @@ def test_units_do_not_matter(rng):
     assert_allclose(other.mean / scale, one.mean, atol=1e-4)
     assert_allclose(other.cov / scale[:, None] / scale, one.cov, atol=1e-4)
     assert_allclose(other.Pi, one.Pi, atol=1e-4)
-
-
-def test_a_weight_of_two_is_the_sequence_twice(rng):
-    hmm = random_hmm(2, rng, apart=3.0)
-    ys = [drawn(hmm, T, rng)[1] for T in (30, 40)]
-    options = {"states": 2, "rounds": 8, "prior": 0.0, "tolerance": -np.inf}  # only proportions matter
-    weighted, twice, plain = (
-        ordered(learnt(data, weights=weights, **options).hmm)
-        for data, weights in ((ys, np.array([2.0, 1.0])), ([ys[0], *ys], None), (ys, None))
-    )
-    assert_same_hmm(weighted, twice, atol=1e-9)  # the same sums in another order, eight rounds
-    assert np.abs(weighted.mean - plain.mean).max() > 1e-3
 
 
 def test_a_state_that_no_frame_is_left_to_stays_finite(rng):

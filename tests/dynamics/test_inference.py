@@ -105,18 +105,6 @@ def test_no_sequences_give_no_posteriors(infer, rng):
     assert infer(random_slds(2, rng=rng), []) == []
 
 
-def test_permuting_the_states_permutes_the_answer(infer, rng):
-    slds = random_slds(3, order=2, noise=0.05, rng=rng)
-    y, order = drawn(slds, 60, rng), np.array([2, 0, 1])
-    one, other = single(infer)(slds, y), single(infer)(chosen(slds, order), y)
-    assert len(set(one.path)) > 1
-    # The same sums in another order, over 60 frames.
-    assert other.log_evidence == pytest.approx(one.log_evidence, rel=1e-9)
-    assert_allclose(other.prob, one.prob[:, order], atol=1e-8)
-    assert_allclose(other.pair, one.pair[:, order][:, :, order], atol=1e-8)
-    assert_allclose(other.states.mean, one.states.mean, atol=1e-8)
-
-
 @pytest.mark.parametrize(("order", "f"), [(1, 1e-8), (2, 1e8), (2, 57.3)])
 def test_units_do_not_matter(infer, order, f, rng):
     slds = random_slds(3, order=order, rng=rng)
@@ -197,13 +185,6 @@ def test_a_transition_that_cannot_be_is_never_taken(infer, rng):
         taken += got.pair.sum(0)
     assert taken[Pi == 0.0].sum() == 0.0
     assert (taken[Pi > 0.0] > 0).all()  # the data did call for switches
-
-
-def test_hints_alike_for_all_states_add_to_the_evidence_and_change_nothing_else(infer, rng):
-    slds = random_slds(3, rng=rng)
-    y, common = drawn(slds, 20, rng, gaps=True), rng.normal(size=(20, 1))
-    got, want = single(infer)(slds, y, np.tile(common, 3)), single(infer)(slds, y)
-    assert_same(replace(got, log_evidence=got.log_evidence - common.sum()), want)
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -91,25 +91,6 @@ def test_directions_without_information_keep_their_prior(rng):
     assert seen @ got.mean == pytest.approx((50.0 * 0.3 + 0.5 * seen @ prior.mean) / 50.5, rel=1e-12)
 
 
-def test_singular_information_is_the_limit_of_ever_vaguer_measurements(rng):
-    prior, _, C, _ = problem(rng)
-    axes = np.linalg.qr(rng.normal(size=(M, M)))[0]
-    strength, y = np.array([40.0, 3.0, 0.0]), rng.normal(size=M)
-    information = axes @ np.diag(strength) @ axes.T
-    got = update_information(prior, C, information, information @ y)
-    vague = axes @ np.diag([1.0 / 40.0, 1.0 / 3.0, 1e8]) @ axes.T
-    mean, cov, _ = condition(prior.mean, prior.cov, C, vague, y)
-    # The vague direction still tells 1e-8 of the prior's precision.
-    assert_gaussian(got, Gaussian(mean, cov), atol=1e-6)
-
-
-def test_no_information_leaves_the_prior_as_it_is(rng):
-    prior, _, C, _ = problem(rng)
-    got = update_information(prior, C, np.zeros((M, M)), np.zeros(M))
-    assert_array_equal(got.mean, prior.mean)
-    assert_array_equal(got.cov, prior.cov)
-
-
 def test_the_way_back_is_the_earlier_state_given_the_later(rng):
     filtered, later = problem(rng)[0], rng.normal(size=N)
     A, b, Q = rng.normal(size=(N, N)), rng.normal(size=N), random_covariance(N, rng)

@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.chain import blocks
-from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict
 from dynamics.slds import combine, constant_velocity
 from dynamics.viterbi import viterbi
@@ -43,15 +42,6 @@ def test_logs_of_zero_probabilities_are_minus_infinity(rng):
 
 
 # Constant velocity
-
-
-def test_constant_velocity_carries_on_exactly():
-    slds = constant_velocity(NAMES, noise=[0.1, 0.2], spread=[1.0, 2.0], fps=30.0)
-    belief = Gaussian(np.array([3.0, 0.5, 2.0, 0.6]), np.zeros((4, 4)))
-    for t in range(1, 20):
-        belief = predict(belief, slds.A[0], slds.b[0], slds.Q[0])
-        # A few roundings a step of numbers up to 22.
-        assert_allclose(belief.mean[:2], [3.0 + t, 0.5 - 0.1 * t], atol=1e-12)
 
 
 def test_constant_velocitys_spread_is_that_of_the_first_velocity():

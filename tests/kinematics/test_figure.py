@@ -2,7 +2,6 @@
 
 import tomllib
 from dataclasses import replace
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -259,13 +258,6 @@ def test_layers_rank_from_far_to_near_and_one_layer_is_the_trunk():
     }
     flat = replace(WALKER, links=tuple(replace(link, layer=4) for link in WALKER.links))
     assert set(flat.depth) == {"trunk"}
-
-
-@pytest.mark.parametrize("name", ["walker", "walker-arms", "horse"])
-def test_a_figure_that_ships_is_found_by_name_and_as_a_file(name):
-    path = resources.files("kinematics") / "figures" / f"{name}.toml"
-    assert load_figure(name) == load_figure(str(path))
-    assert load_figure(name).name == name
 
 
 def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):

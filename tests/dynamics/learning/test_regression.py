@@ -53,18 +53,6 @@ def test_at_first_order_a_travelling_freedoms_offset_is_its_mean_speed(rng):
     assert_allclose(Q[0], np.cov(change.T, bias=True), atol=1e-10)
 
 
-def test_every_switching_state_is_solved_on_its_own(rng):
-    layout = Layout(NAMES, TRAVELLING, 2)
-    ridge = Ridge(rng.uniform(0.1, 1.0, layout.steady.shape[1]), rng.uniform(0.1, 1.0, 4), 3.0)
-    parts = [moments(exact_steps(2, rng)) for _ in range(3)]
-    A, b, Q = solve(
-        np.concatenate([V for V, _ in parts]), np.concatenate([n for _, n in parts]), layout, ridge
-    )
-    for k, (V, n) in enumerate(parts):
-        for got, want in zip((A[k], b[k], Q[k]), solve(V, n, layout, ridge), strict=True):
-            assert_allclose(got, want[0], atol=1e-10)  # condition numbers near 1e4
-
-
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("travelling", [(), TRAVELLING])
 def test_steady_coefficients_are_constant_velocity_in_companion_form(order, travelling):

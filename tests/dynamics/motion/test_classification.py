@@ -67,19 +67,6 @@ def test_motions_are_as_probable_as_their_states_together(weight, rng):
         assert_array_equal(labelling.state, want.path)
 
 
-@pytest.mark.parametrize("infer", [viterbi_all, gpb2_all, variational_all])
-def test_without_the_poses_term_classification_is_plain_inference(infer, rng):
-    slds = two_motions(rng)
-    ys = [quiet(slds, T, rng) for T in (20, 12)]
-    plain = infer(among_strangers(at_noise(slds, ys)), ys)
-    found = classify(slds, ys, infer=infer, pose=0.0)
-    for labelling, posterior in zip(found, plain, strict=True):
-        assert_array_equal(labelling.state, posterior.path)
-        assert_allclose(labelling.prob[:, 1], posterior.prob[:, 2], atol=1e-15)
-    if infer is viterbi_all:
-        assert set(np.unique(labelling.prob)) <= {0.0, 1.0}
-
-
 def test_sequences_noisier_than_the_model_are_classified_with_their_noise(rng):
     slds = two_motions(rng, noise=0.05)
     ys = [

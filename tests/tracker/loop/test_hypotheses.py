@@ -12,7 +12,7 @@ from dynamics.slds import SLDS
 from kinematics.figure import SCALE
 from kinematics.recover import Start
 from tests.oracles import condition, mixture
-from tests.tracker.loop.walks import WHOLE, Walk, field_of, run
+from tests.tracker.loop.walks import WHOLE, Walk, field_of
 from tests.tracker.painted import FULL
 from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin
 from tracker.loop.tracker import Tracker, make_tracker
@@ -122,13 +122,6 @@ def test_one_hypothesis_is_the_extended_kalman_filter(name, walk):
 def test_hypotheses_cost_their_past_the_switch_and_the_evidence_of_their_picture(walk, models):
     assert models["walk-run"].K > 1
     check_against_twin(walk, models["walk-run"], frames=4)
-
-
-def test_a_switch_that_cannot_be_is_never_made(walk, models):
-    slds = models["walk-run"]
-    stuck = replace(slds, Pi=np.eye(slds.K), pi0=np.eye(slds.K)[1])
-    tracker = make_tracker(walk.start, stuck, FULL)
-    assert {estimate.s for estimate in run(tracker, walk.start, walk.images[:3])} == {1}
 
 
 @pytest.mark.parametrize("name", ["cv", "walk-run"])

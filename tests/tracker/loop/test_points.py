@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from dynamics.gaussian import Gaussian
-from dynamics.kalman import update
 from kinematics.sides import other_side
 from kinematics.spm import joint_jacobian, joints
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
@@ -232,21 +231,6 @@ def test_a_figure_as_the_points_have_it_is_tried_only_where_they_are_far_from_al
     if moved > 0.1:
         assert away[-1] < 0.5 * away[:-1].min()
         assert after.s[-1] == belief.s[belief.best]
-
-
-def test_nearly_sure_names_leave_the_filter_of_the_joints_as_told(rng):
-    _, tracker, state, _ = begun(rng, name="cv")
-    tracker = replace(tracker, settings=tracker.settings.model_copy(update={"exchange": 1e-12}))
-    belief = tracker.proposed(state.belief)
-    after = tracker.detected(belief, detected(STRIDE))
-    q = tracker.pose(belief.states).mean[0]
-    J = joint_jacobian(WALKER, q).reshape(-1, len(q))
-    y = joints(WALKER, STRIDE).ravel() - joints(WALKER, q).ravel() + J @ (q - tracker.offset)
-    R = tracker.settings.point**2 * 4.0 / 6.0 * np.eye(len(y))
-    states, _ = update(belief.states, y, J @ tracker.slds.C, R)
-    # The points are where they are foreseen to a thousandth of a leg; the linearisation is off by its square.
-    assert_allclose(after.states.mean, states.mean, atol=2e-5)
-    assert_allclose(after.states.cov, states.cov, atol=2e-5)
 
 
 def test_templates_that_match_where_hardly_a_point_is_lie_on_something_else(rng, monkeypatch):
