@@ -23,10 +23,8 @@ from tests.tracker.registration.planted import (
 )
 from tracker.picture.backdrop import UNKNOWN
 from tracker.registration.align import align, scan
-from tracker.registration.chain_rule import LONGEST
 from tracker.registration.field import Field
 from tracker.registration.modes import COARSE, LIMIT_GIVE
-from tracker.registration.records import FIRST
 from tracker.registration.templates import cut
 
 NOISE = 2.0  # of the pictures, grey levels
@@ -151,20 +149,6 @@ def test_a_joint_past_its_limit_is_pulled_back_in_the_full_mode_alone(rng):
     assert blind.information[knee, knee] == pytest.approx(1.0 / give**2, rel=1e-3)
     assert low - 0.25 < found(FULL).q[knee] < blind.q[knee]
     assert_allclose(found(CLASSIC).q, beyond, atol=1e-7)
-
-
-def test_the_first_step_is_the_damped_gauss_newton_step(rng):
-    painted, want = Painted(rng), MOTIONS["everything"]
-    before, after = painted.picture(STRIDE), painted.picture(want, noise=NOISE, rng=rng)
-    levels, settings = levels_of(after, FULL)[:1], FULL.model_copy(update={"iterations": 1})
-    templates = cut(WALKER, VIEW, STRIDE, levels_of(before, FULL)[:1], FULL)
-    held = settled(templates, levels, Gaussian(STRIDE, 1e-14 * WEAK), settings)
-    gradient = held.information @ held.q - held.vector
-    H = held.information + np.linalg.inv(WEAK)  # the prior has no slope at its own mean
-    step = -np.linalg.solve(H + FIRST * np.diag(np.diag(H)), gradient)
-    assert 0.02 < np.abs(step).max() < LONGEST
-    found = settled(templates, levels, Gaussian(STRIDE, WEAK), settings)
-    assert_allclose(found.q - STRIDE, step, atol=1e-6)  # held to within 1e-7
 
 
 def test_at_the_mode_the_gradient_handed_on_balances_the_prior(rng):
