@@ -58,23 +58,6 @@ def test_with_one_switching_state_inference_is_the_kalman_smoother(infer, order,
         assert_allclose(steps.cov[t, 0], cov[both][:, :, both].reshape(n, n), atol=SMOOTHED)
 
 
-def test_identical_switching_states_give_the_one_state_answer(infer, rng):
-    one = random_slds(1, order=2, rng=rng)
-    fields = {name: np.repeat(getattr(one, name), 3, axis=0) for name in FIELDS if name != "pi0"}
-    # A path alone pays for its switches, which are then all as likely.
-    Pi = np.full((3, 3), 1 / 3) if infer is viterbi_all else rng.dirichlet(np.ones(3), size=3)
-    three = replace(one, pi0=np.full(3, 1 / 3), Pi=Pi, labels=("random",) * 3, **fields)
-    y = drawn(one, 12, rng, gaps=True)
-    got, want = single(infer)(three, y), single(infer)(one, y)
-    paid = 12 * np.log(3.0) if infer is viterbi_all else 0.0
-    assert got.log_evidence == pytest.approx(want.log_evidence - paid, rel=1e-11)
-    assert_gaussian(got.states, want.states, atol=SMOOTHED)
-    prior = three.pi0
-    for t in range(12 if infer is not viterbi_all else 0):  # nothing tells them apart
-        assert_allclose(got.prob[t], prior, atol=SMOOTHED)
-        prior = prior @ Pi
-
-
 MANY = (5, 1, 60, 2, 33, 60, 1, 59)
 
 
