@@ -249,7 +249,7 @@ def a_case(seed, error=0.02, lost=None, exchanged=0, label="walk", gait="walk", 
     track = Followed(error, lost, exchanged, 100, 2.0, 0.9, label)
     found = None if start is None else Start(*start)
     unmarked = "nobody was found" if start is None else track
-    return Case(seed, "made up", gait, {"gait": gait}, track, found, unmarked)
+    return Case(seed, gait, {"gait": gait}, track, found, unmarked)
 
 
 def test_claims_count_films_as_of_a_hundred_and_a_refusal_as_not_found():

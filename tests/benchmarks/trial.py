@@ -5,7 +5,6 @@ of the demo's clip in a real browser, follows it, looks at what came of it, expo
 of each step. Only the clone's own environment is used for that; the browser is driven from this one.
 """
 
-import csv
 import math
 import os
 import re
@@ -19,6 +18,7 @@ from pathlib import Path
 
 from tests.tracker.annotate.pages import Page
 from tests.tracker.browser import chromium
+from tests.tracker.clips import read_csv
 
 ROOT = Path(__file__).parents[2]
 ENDINGS = {
@@ -128,11 +128,7 @@ def _export(terminal: Terminal) -> None:
 
 
 def _places(path: Path) -> dict[tuple[str, str], tuple[float, float]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return {
-            (row["frame"], row["keypoint"]): (float(row["x"]), float(row["y"]))
-            for row in csv.DictReader(file)
-        }
+    return {(row["frame"], row["keypoint"]): (float(row["x"]), float(row["y"])) for row in read_csv(path)}
 
 
 def main() -> None:

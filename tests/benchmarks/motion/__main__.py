@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from tests.benchmarks.motion.data import SAME, Results, study
-from tests.benchmarks.motion.measure import SECTIONS, measure, named_parts
+from tests.benchmarks.motion.measure import SECTIONS, measure
 from tests.benchmarks.page import chapter, claim_table, written
 from tracker.models.learn import NOISE, STATES
 from tracker.progress import Progress
@@ -24,10 +24,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.motion", description=__doc__)
     parser.add_argument("data", type=Path, help="folder of mocap and splices")
     parser.add_argument("out", type=Path, help="the page, Markdown")
-    names = [part.__name__.rpartition(".")[2] for part in SECTIONS]
-    parser.add_argument("--part", choices=names, help="only this section; the page keeps the others")
+    sections = {part.__name__.rpartition(".")[2]: part for part in SECTIONS}
+    parser.add_argument("--part", choices=sections, help="only this section; the page keeps the others")
     asked = parser.parse_args()
-    parts = named_parts(asked.part)
+    parts = [sections[asked.part]] if asked.part else SECTIONS
     results = measure(asked.data, Progress(), parts)
     before = asked.out.read_text(encoding="utf-8") if asked.part and asked.out.exists() else ""
     asked.out.write_text(page(asked.data, results, parts, before), encoding="utf-8")

@@ -15,11 +15,6 @@ from tracker.progress import Progress
 SECTIONS: tuple[ModuleType, ...] = (splices, people, transitions, ahead, gaps, synthesis)
 
 
-def named_parts(name: str | None) -> Sequence[ModuleType]:
-    """The part of this module name, or all."""
-    return [part for part in SECTIONS if name is None or part.__name__.endswith(f".{name}")]
-
-
 def measure(source: Path, progress: Progress, parts: Sequence[ModuleType] = SECTIONS) -> Results:
     """The answer of every job of these parts; each model is learned once, the slowest first."""
     jobs: list[Job] = list(dict.fromkeys(job for part in parts for job in part.jobs(source)))

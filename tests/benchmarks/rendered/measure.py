@@ -76,7 +76,6 @@ class Case:
     """
 
     seed: int
-    capture: str
     label: str
     kinds: Mapping[str, str]
     marked: Followed | str
@@ -91,16 +90,11 @@ def case(seed: int, trials: Path) -> Case:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         made.write(path)
-        marked = from_marks(made, path)
+        frame = start_frame(made)
+        marked = _followed(made, Job(path, {frame: made.marks[frame]}))
         start, unmarked = without_marks(made, path)
     lead = plan.walkers[0]
-    return Case(seed, lead.name, lead.label, plan.kinds, marked, start, unmarked)
-
-
-def from_marks(made: Film, path: Path) -> Followed | str:
-    """Followed from the true joints of one frame, or why not."""
-    frame = start_frame(made)
-    return _followed(made, Job(path, {frame: made.marks[frame]}))
+    return Case(seed, lead.label, plan.kinds, marked, start, unmarked)
 
 
 def without_marks(made: Film, path: Path) -> tuple[Start | None, Followed | str]:

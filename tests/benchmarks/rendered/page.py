@@ -58,10 +58,12 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
     starts = [each.start for each in cases if each.start is not None]
     facing = sum(start.placed and start.facing for start in starts)
     tracks = marked(cases)
+    frames = sum(track.frames for track in tracks)
+    exchanged = sum(track.exchanged for track in tracks)
     return [
         Claim("followed, of 100", share * kept(tracks), 100.0, 97.0),
         Claim("median error, leg lengths", median(tracks), 0.03),
-        Claim("frames with exchanged legs", 100.0 * exchanged(tracks), 1.0, unit="%"),
+        Claim("frames with exchanged legs", 100.0 * exchanged / frames if frames else np.nan, 1.0, unit="%"),
         Claim("found with the right facing, of 100", share * facing, 100.0, 95.0),
         Claim("wrong without warning, of 100", share * sum(start.wrong_though_sure for start in starts), 2.0),
     ]
@@ -103,12 +105,6 @@ def kept(tracks: Sequence[Followed]) -> int:
 def median(tracks: Sequence[Followed]) -> float:
     """Of the films' mean errors, leg lengths."""
     return _of(np.median, [track.error for track in tracks])
-
-
-def exchanged(tracks: Sequence[Followed]) -> float:
-    """Share of all frames with exchanged legs."""
-    frames = sum(track.frames for track in tracks)
-    return sum(track.exchanged for track in tracks) / frames if frames else np.nan
 
 
 def _cells(cases: Sequence[Case]) -> list[str]:
