@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.motion.rate import at_rate, backwards
+from dynamics.motion.rate import backwards
 from dynamics.store import load_shipped
 from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS
-from tests.kinematics.figures import ARMS
 from tests.tracker.gaits import saved
 from tests.tracker.models.made import learned
 from tests.tracker.painted import FULL
@@ -29,13 +28,6 @@ from tracker.models.find import (
     seen_backwards,
 )
 from tracker.progress import Progress
-
-
-def test_a_figure_with_arms_has_models_of_its_own_under_the_same_names():
-    for name in ("walk-run", "gait"):
-        assert find_model(name, 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
-        assert find_model(name, 30.0, FULL).names == POSE_COLUMNS
-    assert find_model("cv", 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
 
 
 @pytest.mark.parametrize(
@@ -86,12 +78,6 @@ def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(two_states, t
 def test_the_free_state_is_taken_up_as_often_in_a_second(fps, entries):
     joined = find_model("walk-run", fps, FULL)
     assert fps * joined.Pi[0, -1] == pytest.approx(entries * FULL.surprise, rel=0.01)
-
-
-def test_a_learned_model_is_converted_to_the_frame_rate(two_states, tmp_path):
-    found = find_model(str(saved(tmp_path / "mine.npz", two_states)), 60.0, FULL)
-    assert found.fps == 60.0
-    assert_array_equal(found.A[:-1], at_rate(two_states, 60.0).A)
 
 
 def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):

@@ -101,14 +101,7 @@ class Film:
     def on_the_spot(self, frame=MIDDLE):
         """Who steps on the spot: the hip stays where it is in a frame, and the scene moves instead."""
         by = np.rint(self.hips[:, 0] - self.hips[frame, 0]).astype(int)
-        away = np.stack([by, 0 * by], axis=1)
-        return replace(
-            self,
-            images=rolled(self.images, -by),
-            cover=rolled(self.cover, -by),
-            hips=self.hips - away,
-            joints=self.joints - away[:, None],
-        )
+        return self.carried(np.stack([-by, 0 * by], axis=1))
 
     def part(self, frames):
         """Some of its frames."""
@@ -136,11 +129,6 @@ class Film:
             hips=self.hips + by,
             joints=self.joints + by[:, None],
         )
-
-    def sprinting(self, faster):
-        """Who goes so many pixels further from frame to frame, and is in the same place in their middle."""
-        by = faster * (np.arange(len(self.q)) - len(self.q) // 2)
-        return self.carried(np.stack([by, 0 * by], axis=1))
 
     def person(self, frame=MIDDLE, *, direction=1, turned=0.3, named=9.0):
         """Who is found where everything is seen as it is."""
@@ -215,11 +203,6 @@ def blobs(rng, count):
 
 def random_poses(rng, count):
     return rng.normal(size=(count, len(WALKER.freedoms))) * 0.15
-
-
-def rolled(pictures, right):
-    """Each picture moved so many pixels, what leaves it on the other side."""
-    return np.stack([np.roll(each, x, axis=1) for each, x in zip(pictures, right, strict=True)])
 
 
 @cache

@@ -82,7 +82,9 @@ def test_what_stands_still_beside_the_way_does_not_catch_the_path(walk, stage):
 
 
 def test_a_sprinter_at_a_low_rate_is_followed_from_either_end(walk, rng):
-    sprint = walk.part(slice(None, None, 4)).sprinting(20)
+    some = walk.part(slice(None, None, 4))
+    faster = 20 * np.arange(len(some.q))
+    sprint = some.carried(np.stack([faster - faster[len(faster) // 2], 0 * faster], axis=1))
     stage = replace(sprint.stage(rng), fps=FPS / 4.0)
     for frame in (0, len(sprint.q) - 1):
         away, size = off(place.walk(stage, SHAPE, CYCLES, sprint.start(frame), frame), sprint)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, MIDDLE, UNIT, WALKER, rolled
+from tests.tracker.outline.films import CYCLES, MIDDLE, UNIT, WALKER
 from tracker.outline.spot import PART, spot
 from tracker.survey.evidence import NOTHING
 
@@ -43,7 +43,7 @@ def test_the_film_may_have_more_pixels_than_its_small_pictures(treadmill):
 
 def test_who_goes_through_the_picture_is_on_no_spot(walk, rng):
     faster = 3 * (np.arange(len(walk.q)) - MIDDLE)
-    stage = replace(walk, cover=rolled(walk.cover, faster)).stage(rng)
+    stage = walk.carried(np.stack([faster, 0 * faster], axis=1)).stage(rng)
     assert spot(stage) is None
     for everywhere in (0, 50):  # nothing at all, or another scene
         assert spot(replace(stage, odds=np.full_like(stage.odds, NOTHING + everywhere))) is None
