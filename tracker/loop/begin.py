@@ -24,7 +24,7 @@ GUESSED = 2.0  # factor on the error of an angle whose limb has a guessed tip or
 def begin(
     tracker: Tracker, start: Start, image: Image, belief: Belief | None = None
 ) -> tuple[State, Estimate]:
-    """Cut the templates from the start frame and start the belief there, None for that of the marks."""
+    """Cut the templates from the start frame and start from the belief there, None for that of the marks."""
     box = tracker.box(start.q[None])
     curve = tone_curve(image, box, tracker.mode.contrast)
     state = State(
