@@ -11,7 +11,8 @@ from videos.frames import Video
 from videos.upright import Image
 
 HELD = 32 * 2**20  # bytes of pictures that are kept in memory
-BLOCK = 4  # factor on HELD while going back, since each block is decoded from a key frame on
+BLOCK = 4  # factor on HELD while going back, since each block is decoded from a key frame on,
+LEAST = 12  # and so many pictures at least
 
 
 class Reel:
@@ -34,7 +35,7 @@ class Reel:
         self.times: list[float] = []
         self.held = held or max(1, HELD // (video.width * video.height * 3))
         self._video, self._stop, self._lights = video, stop, lights
-        # Frame t is at t % held. Pictures kept as separate arrays would fragment the memory.
+        # Frame t is at t % held. Here and in a block, separate arrays would fragment the memory.
         self._kept: Image = np.empty((0 if video.held else self.held, video.height, video.width, 3), np.uint8)
 
     def ahead(self) -> Iterator[Image]:
@@ -62,7 +63,14 @@ class Reel:
         for frame in range(first, max(oldest, last) - 1, -1):
             yield self._kept[frame % self.held]
         newest = min(first, oldest - 1)
+        if newest < last:
+            return
+        count = min(max(BLOCK * self.held, LEAST), newest - last + 1)
+        block: Image = np.empty((count, self._video.height, self._video.width, 3), np.uint8)
         while newest >= last:
-            begin = max(last, newest + 1 - BLOCK * self.held)
-            yield from reversed(list(self._video.pictures(begin, newest)))
+            begin = max(last, newest + 1 - count)
+            for place, image in zip(block, self._video.pictures(begin, newest), strict=False):
+                place[:] = image
+            for place in block[newest - begin :: -1]:
+                yield place.copy()
             newest = begin - 1

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from tracker.compiled import compiled
-from tracker.picture.pyramid import AS_FILMED, Array, Box, Flags, Image, Planes
+from tracker.picture.pyramid import AS_FILMED, Array, Box, Flags, Image, Planes, lab
 
 STEP = 0.03  # distance from one place of the scene to the next, leg lengths
 NOISE = 8.0  # standard deviation of a frame about the scene, grey levels
@@ -118,11 +118,9 @@ def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:
 
     Squares that reach beyond the frame have the values of those beside them.
     """
-    h, w = (max(side // step, 1) for side in image.shape[:2])
-    less = cv2.resize(image[: h * step, : w * step], (w, h), interpolation=cv2.INTER_AREA)
-    below, beside = int(image.shape[0] > h * step), int(image.shape[1] > w * step)
-    whole = cv2.copyMakeBorder(cv2.LUT(less, curve), 0, below, 0, beside, cv2.BORDER_REPLICATE)
-    return np.asarray(cv2.cvtColor(whole, cv2.COLOR_RGB2Lab), dtype=np.float32)
+    whole = lab(image, step, curve)
+    below, beside = (int(side > n * step) for side, n in zip(image.shape[:2], whole.shape[:2], strict=True))
+    return np.asarray(cv2.copyMakeBorder(whole, 0, below, 0, beside, cv2.BORDER_REPLICATE), dtype=np.float32)
 
 
 def _difference(now: Planes, scene: Planes, known: Flags, area: tuple[slice, slice]) -> Planes:

@@ -77,7 +77,7 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
     poses[:, :2] += shifts
     # Parts outside the picture cannot match badly, so poses there would win.
     part, pixels = field.levels[-1], field.view.to_pixels(joints(field.figure, poses))
-    there = within(pixels - np.asarray(part.corner), part.planes.shape).mean(-1) >= SEEN
+    there = within(part.at(pixels), part.planes.shape).mean(-1) >= SEEN
     if not there.any():
         return priors.mean
     poses, shifts = poses[there], shifts[there]

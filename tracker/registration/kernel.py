@@ -175,8 +175,8 @@ def _look(
         w = points.weight[p]
         row.around[n], row.differs[n], row.clear[n] = np.inf, picture.unknown, 0.0
         if w == 1.0:
-            r, s = int(y + picture.corner_y + 0.5), int(x + picture.corner_x + 0.5)
-            r, s = r // picture.step, s // picture.step
+            r = int(y * picture.pixel + picture.corner_y + 0.5) // picture.step
+            s = int(x * picture.pixel + picture.corner_x + 0.5) // picture.step
             row.differs[n], row.clear[n] = picture.differs[r, s], 1.0
             if picture.around[r, s] < picture.unknown:
                 row.around[n] = picture.around[r, s]

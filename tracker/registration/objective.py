@@ -118,19 +118,20 @@ def _points(field: Field, number: int, coarse: int) -> Points:
 def _picture(field: Field, number: int) -> Picture:
     """The picture and the scene's loss at one blur, see `Picture`."""
     scenery, view, level = field.scenery, field.view, field.levels[number]
-    (left, top), (x, y), (axis_x, axis_y) = level.corner, view.origin, view.axes.tolist()
+    (x, y), (axis_x, axis_y) = level.at(np.array(view.origin)).tolist(), (view.axes / level.step).tolist()
     # Densities of grey levels with one sigma in the figure and another in the scene.
     against = np.float32(np.log(NOISE / field.settings.noise))
     return Picture(
         planes=level.planes,
-        origin_x=x - left,
-        origin_y=y - top,
+        origin_x=x,
+        origin_y=y,
         axis_x=axis_x,
         axis_y=axis_y,
         differs=scenery.differs + against,
         around=scenery.around + against,
         unknown=float(UNKNOWN + against),
         step=scenery.step,
-        corner_x=left,
-        corner_y=top,
+        corner_x=float(level.corner[0]),
+        corner_y=float(level.corner[1]),
+        pixel=level.step,
     )

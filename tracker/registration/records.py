@@ -39,7 +39,7 @@ class Picture(NamedTuple):
     around    : its maximum over each place and the places around
     unknown   : value of `around` from which on the scene counts as unknown
     step      : pixels from one place to the next
-    corner_x, corner_y : the level's corner in the frame, pixels
+    corner_x, corner_y, pixel : of the level, see `tracker.picture.pyramid.Level`
     """
 
     planes: Single
@@ -51,8 +51,9 @@ class Picture(NamedTuple):
     around: Single
     unknown: float
     step: int
-    corner_x: int
-    corner_y: int
+    corner_x: float
+    corner_y: float
+    pixel: int
 
 
 class Noise(NamedTuple):

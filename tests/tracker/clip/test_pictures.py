@@ -80,6 +80,7 @@ def test_frames_at_hand_are_not_read_again(reel, video):
 @pytest.fixture
 def small_blocks(monkeypatch):
     monkeypatch.setattr(pictures, "BLOCK", 1)
+    monkeypatch.setattr(pictures, "LEAST", 1)
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -89,6 +90,21 @@ def test_going_back_holds_a_block_at_a_time(reel, video):
     assert video.read == [2, 3, 4, 5]
     assert levels(back) == [4, 3, 2, 1, 0]
     assert video.read[4:] == [0, 1]
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_picture_going_back_stays_as_it_is_when_earlier_ones_are_read(reel):
+    last = next(back := reel.span(5, 0))
+    assert levels(back) == [4, 3, 2, 1, 0]
+    assert levels([last]) == [5]
+
+
+def test_of_large_pictures_a_dozen_are_read_together(video):
+    reel = Reel(video, held=1)
+    list(reel.ahead())
+    video.read.clear()
+    assert levels(reel.span(9, 0)) == list(range(9, -1, -1))
+    assert video.read == list(range(9))
 
 
 def test_a_span_ahead_is_read_again_one_picture_at_a_time(reel, video):

@@ -45,6 +45,22 @@ def test_values_are_the_blurred_lab_colours_between_pixels(image, pixels):
             assert_allclose(values[:, channel], between(soft, pixels), atol=0.005)
 
 
+@pytest.mark.parametrize("sigma", [6.2, 12.5])
+@pytest.mark.parametrize("box", [(0, 0, 203, 170), (75, 61, 140, 111)])
+def test_a_wide_blur_of_a_reduced_picture_is_that_of_the_whole_one(sigma, box, rng):
+    y, x = np.mgrid[:170, :203]
+    grey = np.rint(128.0 + 60.0 * np.sin(x / (1.5 * sigma)) * np.cos(y / (2.0 * sigma))).astype(np.uint8)
+    (level,) = pyramid(np.repeat(grey[..., None], 3, axis=-1), box, [sigma], colour=True)
+    assert level.step == int(sigma // 3.0)
+    pixels = rng.uniform((75, 61), (140, 111), size=(300, 2))
+    soft = gaussian_filter(lab_of(np.repeat(grey[..., None], 3, axis=-1))[..., 0], sigma, truncate=3.0)
+    values, inside = sample(level, pixels)
+    assert inside.all()
+    # Linear between places a third of sigma apart: 60 (1/3)^2 / 8 (1/1.5^2 + 1/2^2) = 0.6 grey levels; 0.3
+    # by rounded colours. Half a pixel beside it they differ by 2.
+    assert_allclose(values[:, 0], between(soft, pixels), atol=0.9)
+
+
 def test_every_channel_goes_through_the_tone_curve(image):
     curve = np.arange(255, -1, -1).astype(np.uint8)
     (found,), (want,) = (pyramid(*of, [1.0], True) for of in ((image, WHOLE), (255 - image, WHOLE)))
@@ -87,7 +103,7 @@ def test_a_part_reaches_three_sigma_beyond_its_box_and_ends_with_the_frame(image
     assert level.corner[0] + level.planes.shape[1] >= 50 + 6
     assert level.corner[1] + level.planes.shape[0] >= 40 + 6
     (level,) = pyramid(image, (-40, -40, 200, 200), [2.0], colour=True)
-    assert level.corner == (0, 0)
+    assert_array_equal(level.corner, [0.0, 0.0])
     assert level.planes.shape[:2] == (H, W)
 
 

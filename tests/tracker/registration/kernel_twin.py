@@ -25,7 +25,7 @@ ROBUST = Noise(
 PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0, covered=0.0)
 ANYTHING = np.ones((1, 1), np.float32)
 NOTHING = np.zeros((1, 1, 3), np.float32)  # a picture still to be put in
-NOWHERE = Picture(NOTHING, 0.0, 0.0, 1.0, 1.0, ANYTHING, ANYTHING, 1.0, 1 << 30, 0, 0)
+NOWHERE = Picture(NOTHING, 0.0, 0.0, 1.0, 1.0, ANYTHING, ANYTHING, 1.0, 1 << 30, 0.0, 0.0, 1)
 
 # Residuals and slopes are kept in float32: 6e-8 of 255 grey levels, of which differences are taken.
 SINGLE = {"rtol": 2e-6, "atol": 1e-4}
@@ -118,8 +118,8 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
     inner = points.known & (points.weight == 1.0)
     differing, around = np.full(P, behind.unknown), np.full(P, np.inf)
     for p in np.flatnonzero(inner & visible):
-        row = int(np.floor(y[p] + behind.corner_y + 0.5)) // behind.step
-        column = int(np.floor(x[p] + behind.corner_x + 0.5)) // behind.step
+        row = int(np.floor(y[p] * behind.pixel + behind.corner_y + 0.5)) // behind.step
+        column = int(np.floor(x[p] * behind.pixel + behind.corner_x + 0.5)) // behind.step
         differing[p] = behind.differs[row, column]
         around[p] = behind.around[row, column]
 

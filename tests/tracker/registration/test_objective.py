@@ -30,7 +30,7 @@ def bilinear_level(rng, sigma):
     x, y = np.meshgrid(*(np.arange(side)[..., None] / 100.0 for side in SIZE))
     x, y = x.reshape(*SIZE[::-1], 1), y.reshape(*SIZE[::-1], 1)
     a, b, c, d = rng.normal(scale=60.0, size=(4, 3))
-    return Level((128.0 + a + b * x + c * y + d * x * y).astype(np.float32), (0, 0), sigma)
+    return Level((128.0 + a + b * x + c * y + d * x * y).astype(np.float32), np.zeros(2), 1, sigma)
 
 
 def crossed(settings, rng):
