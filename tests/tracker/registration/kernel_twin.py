@@ -56,11 +56,12 @@ def noise_picture(rng, spread=10.0):
 
 
 def noise_scenery(rng):
-    """How much a picture differs from what lies behind, of which the level is the part from a corner on."""
-    step, (x, y) = 7, (3, 5)
-    size = -(-(HEIGHT + y) // step), -(-(WIDTH + x) // step)
+    """How much a picture differs from what lies behind, of which the level, whose pixels each span two of the
+    picture's, is the part from a corner on."""
+    step, (x, y), pixel = 7, (3.5, 5.5), 2
+    size = -(-int(pixel * HEIGHT + y) // step), -(-int(pixel * WIDTH + x) // step)
     differs, around = rng.uniform(0.0, 3.0, (2, *size)).astype(np.float32)
-    return NOWHERE._replace(differs=differs, around=around, step=step, corner_x=x, corner_y=y)
+    return NOWHERE._replace(differs=differs, around=around, step=step, corner_x=x, corner_y=y, pixel=pixel)
 
 
 def laid(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:

@@ -58,6 +58,19 @@ def test_a_planted_motion_is_found_from_where_the_figure_was(settings, name, rng
     assert_allclose(found.q[LENGTHS], want[LENGTHS], atol=2 * 0.5 / 27)
 
 
+def test_a_planted_motion_is_found_as_well_in_pictures_five_times_as_large(rng):
+    painted, want, by = Painted(rng, plain=True), MOTIONS["everything"], 5
+    before, after = (
+        painted.picture(q, noise=NOISE, rng=rng).repeat(by, axis=0).repeat(by, axis=1) for q in (STRIDE, want)
+    )
+    x, y = VIEW.origin
+    middle = 0.5 * (by - 1)  # of the pixels that one has become
+    large = replace(VIEW, origin=(by * x + middle, by * y + middle), unit=by * VIEW.unit)
+    prior = Gaussian(STRIDE, WEAK)
+    _, found = registered(before, after, STRIDE, prior, SURE, view=large)
+    assert pixel_errors(found.q, want).max() < 0.5
+
+
 def test_each_link_may_change_its_brightness(rng):
     # No rim: the background's light stays, and a link's outline would change.
     painted, want = Painted(rng, plain=True), MOTIONS["everything"]
