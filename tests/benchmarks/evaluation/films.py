@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmarks.evaluation.disturbances import Film, Image, every_second
-from tracker.tables.keypoints import Marks
+from tracker.tables.keypoints import Mark, Marks
 
 GAMMA = 2.4
 CONTRAST, VEIL = 0.25, 90.0  # share that is left, and the grey level that haze adds
 VIEW = 0.62  # share of the picture's width that a panning camera sees
 LAG = 4.0  # frames over which its way is smoothed
 STEADY = 1.0  # the same of a hip that stays
+ROLL, ROLLS = 3.5, 1.5  # degrees to either side, and how often to and fro in a film
+CLOSER = 1.3  # how much larger everything is at the end of a zoom
 
 
 def against_light(film: Film) -> Film:
@@ -72,6 +74,39 @@ def on_the_spot(film: Film) -> Film:
     return replace(film, images=images, marks=_left_of(film.marks, left))
 
 
+def rolling(film: Film) -> Film:
+    """A camera that rolls by 3.5 degrees to either side."""
+    turns = np.linspace(0.0, 2.0 * np.pi * ROLLS, len(film.images))
+    return _through_lens(film, ROLL * np.sin(turns), np.ones(len(turns)))
+
+
+def zooming(film: Film) -> Film:
+    """A camera that zooms in evenly, up to 1.3 times the size."""
+    T = len(film.images)
+    return _through_lens(film, np.zeros(T), np.linspace(1.0, CLOSER, T))
+
+
+def _through_lens(film: Film, degrees: NDArray[np.float64], size: NDArray[np.float64]) -> Film:
+    """Pictures turned about their middle by (T,) degrees and (T,) times as large, drawn out at the edges."""
+    height, width = film.images[0].shape[:2]
+    middle = 0.5 * width - 0.5, 0.5 * height - 0.5
+    ways = [np.asarray(cv2.getRotationMatrix2D(middle, *each)) for each in zip(degrees, size, strict=True)]
+    images = [
+        np.asarray(cv2.warpAffine(image, way, (width, height), borderMode=cv2.BORDER_REPLICATE), np.uint8)
+        for image, way in zip(film.images, ways, strict=True)
+    ]
+    marks = {
+        frame: {name: _seen_through(mark, ways[frame]) for name, mark in row.items()}
+        for frame, row in film.marks.items()
+    }
+    return replace(film, images=images, marks=marks)
+
+
+def _seen_through(mark: Mark, way: NDArray[np.float64]) -> Mark:
+    x, y = (way @ (mark.x, mark.y, 1.0)).tolist()
+    return replace(mark, x=x, y=y)
+
+
 def _way(film: Film, spread: float) -> NDArray[np.float64]:
     """(T,) where the hip is, pixels, smoothed over this many frames."""
     frames = sorted(film.marks)
@@ -91,6 +126,8 @@ FILMS: dict[str, Callable[[Film], Film]] = {
     "against the light": against_light,
     "in haze": hazy,
     "camera that goes along": panned,
+    "camera that rolls": rolling,
+    "camera that zooms": zooming,
     "played backwards": backwards,
     "half speed": slowed,
     "double speed": doubled,

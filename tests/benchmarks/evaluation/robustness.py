@@ -31,7 +31,7 @@ from tests.benchmarks.evaluation.disturbances import (
     write_film,
 )
 from tests.benchmarks.evaluation.feet import FEET
-from tests.benchmarks.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
+from tests.benchmarks.evaluation.films import CLOSER, CONTRAST, FILMS, GAMMA, ROLL, VIEW
 from tests.benchmarks.evaluation.ways import DEFAULT
 from tests.benchmarks.page import Claim, chapter, claim_table, table, written
 from tracker.cli.demo import write_scene
@@ -71,7 +71,8 @@ Marks missing in frame 0, where the hedge covers the feet. A guess is marked as 
 STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on both coordinates."
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
-accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
+accompanying camera shows {100 * VIEW:.0f} % of the width. A camera rolls by {ROLL:g} degrees to either side,
+or zooms in until everything is {CLOSER:g} times as large. Half and double speed keep the file's frame rate.
 """
 SOAK = """\
 `make soak` runs random commands on random films for an hour, kills a third, and checks how each ends. An
