@@ -42,10 +42,11 @@ class View:
         """Which side of the picture the figure faces: right or left."""
         return "right" if self.facing > 0 else "left"
 
-    def shifted(self, shift: Array) -> Self:
-        """The view of a picture that shows everything further right and down by (2,) pixels."""
-        x, y = np.asarray(self.origin) + shift
-        return replace(self, origin=(float(x), float(y)))
+    def moved(self, by: Array) -> Self:
+        """The view of a picture that shows everything further right and down by the pixels by[0] and by[1],
+        and by[2] times as large about the origin."""
+        x, y = (np.asarray(self.origin) + by[:2]).tolist()
+        return replace(self, origin=(x, y), unit=float(by[2]) * self.unit)
 
     def to_pixels(self, points: Array) -> Array:
         """(..., 2) body coordinates to pixels."""
@@ -54,6 +55,9 @@ class View:
     def to_body(self, pixels: Array) -> Array:
         """(..., 2) pixels to body coordinates."""
         return np.asarray((pixels - np.asarray(self.origin)) / self.axes)
+
+
+UNMOVED = np.array([0.0, 0.0, 1.0])  # see `View.moved`
 
 
 class Skeleton(NamedTuple):

@@ -133,7 +133,7 @@ class Kept:
         here, there = (
             slice(self.anew[0] - each.first, self.anew[1] + 1 - each.first) for each in (self.track, new)
         )
-        rows = {name: getattr(self.track, name).copy() for name in ("q", "cov", "s", "shift")}
+        rows = {name: getattr(self.track, name).copy() for name in ("q", "cov", "s", "moved")}
         for name, values in rows.items():
             values[here] = getattr(new, name)[there]
         outcome = list(self.track.outcome)

@@ -205,7 +205,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         s=trail.column("s"),
         motions=(),  # found from the whole track, see `motions_of`
         outcome=tuple(trail.outcome),
-        shift=trail.column("shift"),
+        moved=trail.column("moved"),
         mark=plan.tracker.settings.mark,
         misnamed=plan.seen.misnamed,
     )
@@ -217,10 +217,10 @@ def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
     anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
     outline = {} if plan.measured else plan.seen.points
-    for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
+    for t, (q, moved) in enumerate(zip(trail.column("mean"), trail.column("moved"), strict=True)):
         found = None if first + t in anchors else outline.get(first + t)
         if found is not None:
-            here, doubt = view.shifted(shift), found.doubt / crowd
+            here, doubt = view.moved(moved), found.doubt / crowd
             covs[t] += Detector(plan.start.figure, here, plan.tracker.settings, doubt).elsewhere(found, q)
     return covs
 

@@ -81,7 +81,7 @@ def of_people(record: Record) -> bool:
 def leg_pixels(record: Record) -> float:
     """Leg length, pixels: median over legs and frames, for other figures at the start; raises as `middle`."""
     if not of_people(record):
-        return record.unit
+        return record.view.unit
     return middle(np.stack([along(record.places, record.names, leg) for leg in LEGS]), record)
 
 

@@ -36,5 +36,5 @@ def evened(track: Track) -> Track:
         s=track.s[of],
         motions=tuple(track.motions[t] for t in of),
         outcome=tuple(track.outcome[t] for t in of),
-        shift=(1.0 - on) * track.shift[before] + on * track.shift[after],
+        moved=(1.0 - on) * track.moved[before] + on * track.moved[after],
     )

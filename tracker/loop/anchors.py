@@ -69,7 +69,7 @@ def passed(
     proposed = tracker.proposed(state.belief)
     priors = tracker.pose(proposed.states)
     state = tracker.with_scene(state, image, priors, place)
-    here, expected = tracker.shifted(state.shift), priors.mean
+    here, expected = tracker.seen_by(state), priors.mean
     places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
     away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit
     if not state.outcome.measured or away > FAR:
@@ -80,7 +80,7 @@ def passed(
 
 def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[State, Estimate]:
     """A new start at an anchor, which keeps only size and templates of the previous state."""
-    tracker = tracker.shifted(state.shift)
+    tracker = tracker.seen_by(state)
     slds, size = tracker.slds, tracker.figure.index(SCALE)
     like = tracker.pose(state.belief.merged()).mean
     q = _marked_pose(tracker, anchor, like)

@@ -1,12 +1,13 @@
 """The result of a frame, and the state that the loop passes to the next frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
 from dynamics.belief import Belief
 from dynamics.gaussian import Array, Gaussian
+from kinematics.spm import UNMOVED
 from tracker.loop.outcome import Outcome
 from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery
 from tracker.picture.camera import Camera
@@ -29,7 +30,7 @@ class Estimate:
     pose    : belief over the full pose, mean (D,), cov (D, D)
     s       : most probable switching state
     belief  : the hypotheses from which `pose` was merged
-    shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
+    moved   : (3,) how a moving camera has moved the scene since the marked frame, see `View.moved`
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
     began   : whether the filter started here, without any link to the frame before
     repeats : whether the picture is the one before again, so that nothing has moved
@@ -40,7 +41,7 @@ class Estimate:
     s: int
     outcome: Outcome
     belief: Belief
-    shift: Array
+    moved: Array
     misfit: float = 0.0
     began: bool = False
     repeats: bool = False
@@ -53,6 +54,7 @@ class State:
 
     curve    : (256,) tone curve of grey levels
     camera   : None if it is assumed still
+    moved    : (3,) how it has moved the scene around the figure since the marked frame, see `View.moved`
     backdrop : None if the scene behind the figure is not modelled
     outcome  : of the last frame
     """
@@ -63,11 +65,7 @@ class State:
     camera: Camera | None
     backdrop: Backdrop | None
     outcome: Outcome = Outcome.OK
-
-    @property
-    def shift(self) -> Array:
-        """(2,) pixels by which the camera has shifted the scene since the marked frame."""
-        return np.zeros(2) if self.camera is None else self.camera.shift
+    moved: Array = field(default_factory=lambda: UNMOVED)
 
     @property
     def scenery(self) -> Scenery:

@@ -76,7 +76,7 @@ class Tracker:
         """Follow the figure into the next frame; detections narrow the priors; `place` as in `with_scene`."""
         proposed, before = self.proposed(state.belief), state.outcome
         state = self.with_scene(state, image, self.pose(proposed.states), place)
-        here = self.shifted(state.shift)
+        here = self.seen_by(state)
         if detections is not None:
             proposed = here.detected(proposed, detections)
         misfit = 0.0
@@ -145,11 +145,13 @@ class Tracker:
         A `place` of the camera, (3, 3) as in `tracker.picture.camera`, counts instead of the frame's own.
         """
         if state.camera is not None:
-            around = self.shifted(state.shift)._around(priors)
-            state = replace(state, camera=state.camera.follow(image, around, place))
+            around = self.seen_by(state)._around(priors)
+            camera = state.camera.follow(image, around, place)
+            state = replace(state, camera=camera, moved=self._moved(camera.place, priors.mean[0]))
         if state.backdrop is not None:
-            around = self.shifted(state.shift)._around(priors)
-            state = replace(state, backdrop=state.backdrop.follow(image, around, state.shift))
+            around = self.seen_by(state)._around(priors)
+            shift = np.zeros(2) if state.camera is None else state.camera.shift
+            state = replace(state, backdrop=state.backdrop.follow(image, around, shift))
         return state
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
@@ -159,9 +161,16 @@ class Tracker:
         blend = 1.0 - (1.0 - self.settings.blend) ** (1.0 / often(self.slds.fps))
         return templates.refreshed(field.seen(best), best.match, blend, best.offset)
 
-    def shifted(self, shift: Array) -> Self:
-        """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""
-        return replace(self, view=self.view.shifted(shift))
+    def seen_by(self, state: State) -> Self:
+        """The tracker in a frame that shows the scene as the camera of this state has moved it."""
+        return replace(self, view=self.view.moved(state.moved))
+
+    def _moved(self, place: Array, q: Array) -> Array:
+        """(3,) how a camera here shows the scene around a figure in a pose (D,), see `View.moved`."""
+        zoom = 1.0 / float(np.hypot(place[0, 0], place[1, 0]))
+        rest, away = self.view.to_pixels(q[:2]), q[:2] * self.view.axes
+        here = np.linalg.solve(place, np.append(rest, 1.0))[:2]
+        return np.append(here - self.view.origin - zoom * away, zoom)
 
     def pose(self, states: Gaussian) -> Gaussian:
         """Beliefs over the state as beliefs over the full pose."""
@@ -183,7 +192,7 @@ class Tracker:
         """The estimate of the frame that ended in this state."""
         belief = state.belief
         s = int(belief.s[belief.best])
-        return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.shift)
+        return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.moved)
 
     @property
     def _tempered(self) -> Settings:

@@ -28,7 +28,7 @@ class Trail:
             "mean": np.empty((room, freedoms)),
             "cov": np.empty((room, freedoms, freedoms), np.float32),
             "s": np.empty(room, np.intp),
-            "shift": np.empty((room, 2)),
+            "moved": np.empty((room, 3)),
             "misfit": np.empty(room),
         }
         self.outcome: list[Outcome] = []
@@ -37,7 +37,7 @@ class Trail:
         return len(self.outcome)
 
     def column(self, name: str) -> NDArray[Any]:
-        """A column over all frames: mean (T, D), cov (T, D, D), s (T,), shift (T, 2) or misfit (T,)."""
+        """A column over all frames: mean (T, D), cov (T, D, D), s (T,), moved (T, 3) or misfit (T,)."""
         return self._columns[name][: len(self)]
 
     def append(self, estimate: Estimate) -> None:
@@ -46,7 +46,7 @@ class Trail:
         if t == len(self._columns["s"]):
             self._make_room()
         pose = estimate.pose
-        row = (pose.mean, pose.cov, estimate.s, estimate.shift, estimate.misfit)
+        row = (pose.mean, pose.cov, estimate.s, estimate.moved, estimate.misfit)
         for column, value in zip(self._columns.values(), row, strict=True):
             column[t] = value
         self.outcome.append(estimate.outcome)
@@ -77,7 +77,7 @@ class Trail:
             self._columns[name] = longer
 
     def _row(self, t: int) -> Estimate:
-        mean, cov, s, shift, misfit = (column[t].copy() for column in self._columns.values())
+        mean, cov, s, moved, misfit = (column[t].copy() for column in self._columns.values())
         return Estimate(
-            Gaussian(mean, cov.astype(np.float64)), int(s), self.outcome[t], NOTHING, shift, float(misfit)
+            Gaussian(mean, cov.astype(np.float64)), int(s), self.outcome[t], NOTHING, moved, float(misfit)
         )

@@ -69,7 +69,7 @@ class Chapter:
     @property
     def camera(self) -> float:
         """Largest shift of the background by the camera since the start, pixels."""
-        return float(np.hypot(*self.track.shift.T).max())
+        return float(np.hypot(*self.track.moved[:, :2].T).max())
 
     def facts(self) -> list[tuple[str, str]]:
         counts = Counter(self.track.outcome)

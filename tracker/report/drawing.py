@@ -131,7 +131,7 @@ def figure_numbers(track: Track) -> dict[str, Any]:
 
 def _drawn(track: Track, rows: slice, others: Sequence[int]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Points and ellipses of some rows; `others` are links that begin within their parent."""
-    begun = track.view.to_pixels(skeleton(track.figure, track.q[rows]).start) + track.shift[rows, None]
+    begun = track.in_frames(skeleton(track.figure, track.q[rows]).start, rows)
     radii, angles = ellipse_axes(track.joint_covs(rows)[:, 1:])
     return (
         _rows(np.concatenate([track.joints(rows), begun[:, others]], axis=1)),

@@ -1,7 +1,7 @@
 """A run's folder read back: the contents of track.npz and run.json, a row a frame."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
-from kinematics.spm import View
+from kinematics.spm import UNMOVED, View
 from kinematics.text_file import ordinary, read_json, why
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
@@ -81,8 +81,8 @@ class Record:
     freedoms: (M,) names of root and angles
     poses   : (T, M) root in leg lengths, angles in radians
     outcome : (T,) of each frame, None for frames that were not followed
-    shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
-    unit    : pixels in a leg length at the start
+    moved   : (T, 3) how a moving camera has moved the scene since the start, see `View.moved`
+    view    : at the start
     """
 
     news: News
@@ -93,8 +93,8 @@ class Record:
     freedoms: tuple[str, ...]
     poses: Array
     outcome: tuple[Outcome | None, ...]
-    shift: Array
-    unit: float
+    moved: Array
+    view: View
 
     def __len__(self) -> int:
         return len(self.times)
@@ -109,9 +109,11 @@ class Record:
         return np.array([outcome is not None and outcome.measured for outcome in self.outcome])
 
     def in_scene(self) -> Self:
-        """The run in the pixels of a camera that stays where it started."""
-        steady = np.zeros_like(self.shift)
-        return replace(self, places=self.places - self.shift[:, None], shift=steady)
+        """The run in the pixels of a camera that stays as it started."""
+        away, zoom = self.moved[:, None, :2], self.moved[:, 2, None, None]
+        places = self.view.origin + (self.places - self.view.origin - away) / zoom
+        moved = np.tile(UNMOVED, (len(self), 1))
+        return replace(self, places=places, covs=self.covs / zoom[..., None] ** 2, moved=moved)
 
     def place(self, name: str) -> Array:
         """(T, 2) pixels of a keypoint; NaN throughout if the figure has none of this name."""
@@ -151,7 +153,7 @@ def read_run(folder: Path) -> Record:
     """A complete run; RunError: there is none in this folder, or its track.npz is damaged."""
     news = read_news(folder)
     with _sound(folder / "track.npz") as path:
-        header, rows = _archive(path, ("times", "q", "outcome", "shift", "joints", "joint_covs"))
+        header, rows = _archive(path, ("times", "q", "outcome", "moved", "joints", "joint_covs"))
         first, followed, T = header["first"], len(rows["q"]), news.frames
         if not 0 <= first <= T - followed:
             raise ValueError(f"it holds frames {first} to {first + followed - 1} of {T}")
@@ -166,12 +168,17 @@ def read_run(folder: Path) -> Record:
             freedoms=(*ROOT, *angles),
             poses=_padded(rows["q"][:, : len(ROOT) + len(angles)], here, T),
             outcome=(*[None] * first, *map(Outcome, rows["outcome"].tolist()), *[None] * (T - here.stop)),
-            shift=_padded(rows["shift"], here, T, 0.0),
-            unit=float(header["view"][2]),
+            moved=_padded(rows["moved"], here, T, UNMOVED),
+            view=_view(header),
         )
 
 
-def _padded(values: Array, rows: slice, frames: int, beyond: float = np.nan) -> Array:
+def _view(header: Mapping[str, Any]) -> View:
+    x, y, unit, facing = header["view"]
+    return View((x, y), unit, facing)
+
+
+def _padded(values: Array, rows: slice, frames: int, beyond: float | Array = np.nan) -> Array:
     """Values of some rows padded to all frames of the clip, in double precision."""
     whole = np.full((frames, *values.shape[1:]), beyond)
     whole[rows] = values
@@ -198,10 +205,9 @@ def read_track(folder: Path, mark: float, figure: Figure) -> Track:
     """The track of a complete run of this figure, its setting `mark` given; raises as `read_run`."""
     with _sound(folder / "track.npz") as path:
         header, rows = _archive(path, ROWS)
-        *origin, unit, facing = header["view"]
         return Track(
             figure=figure.with_lengths(header["lengths"]),
-            view=View((origin[0], origin[1]), unit, facing),
+            view=_view(header),
             model=header["model"],
             labels=tuple(header["labels"]),
             misnamed=header["misnamed"],

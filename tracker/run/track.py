@@ -42,7 +42,7 @@ class Track:
     s       : (T,) most probable switching state
     motions : (T,) motion of each frame: a label of the model, or "free" if none fits
     outcome : (T,) of each frame
-    shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
+    moved   : (T, 3) how a moving camera has moved the scene since the start, see `View.moved`
     mark    : standard deviation of a marked joint's place on its links, leg lengths; no frame measures it
     misnamed: probability that the legs are named the wrong way round throughout; not included in `cov`
     """
@@ -58,7 +58,7 @@ class Track:
     s: NDArray[np.intp]
     motions: tuple[str, ...]
     outcome: tuple[Outcome, ...]
-    shift: Array
+    moved: Array
     mark: float
     misnamed: float = 0.0
 
@@ -80,11 +80,16 @@ class Track:
         return measured
 
     def view_at(self, t: int) -> View:
-        return self.view.shifted(self.shift[t])
+        return self.view.moved(self.moved[t])
 
     def joints(self, rows: slice = ALL) -> Array:
         """(T, J, 2) pixels of some rows, in the order of `figure.joints`."""
-        return self.view.to_pixels(joints(self.figure, self.q[rows])) + self.shift[rows, None]
+        return self.in_frames(joints(self.figure, self.q[rows]), rows)
+
+    def in_frames(self, points: Array, rows: slice = ALL) -> Array:
+        """(T, P, 2) body coordinates in some rows to pixels."""
+        away, zoom = self.moved[rows, None, :2], self.moved[rows, None, 2:]
+        return self.view.origin + away + zoom * points * self.view.axes
 
     def joint_covs(self, rows: slice = ALL) -> Array:
         """(T, J, 2, 2) covariance of each joint in some rows, px^2: from the pose and its mark's error.
@@ -92,10 +97,11 @@ class Track:
         If the legs may be misnamed, with the probability p, it is the second moment about the place x of the
         mixture with the joint's twin, N(x', P'): (1 - p) P + p (P' + (x' - x) (x' - x)').
         """
-        q, cov, marked = self.q[rows], self.cov[rows], (self.mark * self.view.unit) ** 2 * np.eye(2)
+        q, cov, axes = self.q[rows], self.cov[rows], self.moved[rows, 2:] * self.view.axes
         out = np.empty((len(q), len(self.figure.joints), 2, 2))
         for some in blocks(len(q)):
-            J = joint_jacobian(self.figure, q[some]) * self.view.axes[:, None]
+            J = joint_jacobian(self.figure, q[some]) * axes[some, None, :, None]
+            marked = (self.mark * np.eye(2) * axes[some, None, None]) ** 2
             out[some] = J @ cov[some, None] @ transpose(J) + marked
         if self.misnamed:
             twin, places = self.figure.joint_twins, self.joints(rows)

@@ -15,7 +15,7 @@ from tracker.tables.table import write_table
 FORMAT = "figtrack-track"
 VERSION = 1
 KEYPOINTS = ("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy")
-ROWS = ("times", "q", "cov", "s", "motions", "outcome", "shift")  # of a track, in track.npz
+ROWS = ("times", "q", "cov", "s", "motions", "outcome", "moved")  # of a track, in track.npz
 SAID = ("time_s", "state", "label", "outcome")  # further columns of the pose table
 
 
