@@ -91,7 +91,7 @@ class Settings(BaseModel):
     lean: float = Field(
         10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
     )
-    scale_drift: Share = Field(0.001, description="change of the common log scale a frame at 30 a second")
+    scale_drift: Share = Field(0.002, description="change of the common log scale a frame at 30 a second")
     breathing: Part = Field(0.06, description="spread of a link's log length")
     ankle: float = Field(
         25.0, gt=0, le=360, description="spread of an ankle's angle, which no model includes, degrees"

@@ -129,7 +129,7 @@ def marks_about(track, rng, spread):
         limb = [places["hip"], places[limbs[name]]] if name in limbs else []
         errors = rng.multivariate_normal(np.zeros(2), spread**2 * (cov + mark_noise(limb)), size=len(track))
         for t, error in enumerate(errors):
-            marks[t][name] = Mark(*(place + track.shift[t] - track.shift[0] + error))
+            marks[t][name] = Mark(*(place + track.moved[t, :2] - track.moved[0, :2] + error))
     return marks
 
 

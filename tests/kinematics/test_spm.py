@@ -239,11 +239,11 @@ def test_a_view_turns_y_down_and_mirrors_who_faces_left(rng):
 
 
 @pytest.mark.parametrize("facing", [1, -1])
-def test_a_shifted_view_shows_everything_as_far_right_and_down_whichever_way_it_faces(facing, rng):
+def test_a_moved_view_shows_everything_as_far_right_and_down_and_as_much_larger(facing, rng):
     view = View(origin=(320.0, 200.0), unit=50.0, facing=facing)
     points = rng.normal(size=(9, 2))
-    there = view.shifted(np.array([3.5, -2.0])).to_pixels(points)
-    assert_allclose(there - view.to_pixels(points), np.broadcast_to([3.5, -2.0], (9, 2)), atol=1e-12)
+    there = view.moved(np.array([3.5, -2.0, 1.2])).to_pixels(points)
+    assert_allclose(there - (323.5, 198.0), 1.2 * (view.to_pixels(points) - (320.0, 200.0)), atol=1e-12)
 
 
 def test_a_view_of_no_size_or_no_side_is_refused():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinematics.spm import View
+from kinematics.spm import UNMOVED, View
 from tests.kinematics.figures import FOOTLESS, WALKER
 from tracker.gait.figures import gait_of
 from tracker.run.track import Track
@@ -75,7 +75,7 @@ def track_of(q, times, sigma=0.002):
         s=np.zeros(T, np.intp),
         motions=("walk",) * T,
         outcome=("ok",) * T,
-        shift=np.zeros((T, 2)),
+        moved=np.tile(UNMOVED, (T, 1)),
         mark=0.02,
     )
 

@@ -28,7 +28,7 @@ def random_track(rng, T=4, *, first=0, facing=1, figure=WALKER):
         motions=tuple("walk" if t < 3 else "run" for t in range(T)),
         outcome=tuple(OUTCOMES[t % len(OUTCOMES)] for t in range(T)),
         mark=0.02,
-        shift=rng.normal(scale=5.0, size=(T, 2)),
+        moved=np.column_stack([rng.normal(scale=5.0, size=(T, 2)), rng.uniform(0.8, 1.25, T)]),
     )
 
 

@@ -170,7 +170,7 @@ class Tracker:
         zoom = 1.0 / float(np.hypot(place[0, 0], place[1, 0]))
         rest, away = self.view.to_pixels(q[:2]), q[:2] * self.view.axes
         here = np.linalg.solve(place, np.append(rest, 1.0))[:2]
-        return np.append(here - self.view.origin - zoom * away, zoom)
+        return np.append(here - rest + (1.0 - zoom) * away, zoom)
 
     def pose(self, states: Gaussian) -> Gaussian:
         """Beliefs over the state as beliefs over the full pose."""

@@ -13,7 +13,7 @@ from tracker.tables.poses import pose_cells
 from tracker.tables.table import write_table
 
 FORMAT = "figtrack-track"
-VERSION = 1
+VERSION = 2
 KEYPOINTS = ("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy")
 ROWS = ("times", "q", "cov", "s", "motions", "outcome", "moved")  # of a track, in track.npz
 SAID = ("time_s", "state", "label", "outcome")  # further columns of the pose table

@@ -20,7 +20,7 @@ from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.mocap import MotionError, Trial, read_trials
 from kinematics.sides import SIDES
-from kinematics.spm import View
+from kinematics.spm import UNMOVED, View
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of, motions
 from tracker.gait.moments import OFF, STRIKE, Way, Weights, named, sampling
@@ -146,7 +146,7 @@ def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Trac
         s=np.zeros(len(q), np.intp),
         motions=(motion.label,) * len(q),
         outcome=("ok",) * len(q),
-        shift=np.zeros((len(q), 2)),
+        moved=np.tile(UNMOVED, (len(q), 1)),
         mark=0.0,
     )
     return track, build, dense

@@ -151,7 +151,7 @@ def test_where_the_start_or_nothing_changed_all_is_followed_again(rng):
 def test_a_track_is_replaced_in_these_frames_and_no_others(rng):
     old, new = random_track(rng, T), random_track(rng, 8, first=8)
     joined = Kept(old, (9, 14), (8, 15)).joined(new)
-    for name in ("q", "cov", "s", "shift", "outcome"):
+    for name in ("q", "cov", "s", "moved", "outcome"):
         one, before, after = (np.array(getattr(each, name)) for each in (joined, old, new))
         assert_array_equal(one[:9], before[:9])
         assert_array_equal(one[9:15], after[1:7])
@@ -195,7 +195,7 @@ def test_a_track_is_read_back_as_it_was_written(anchored, tmp_path):
     track = read_track(tmp_path, run.track.mark, WALKER)
     for name in ("figure", "view", "misnamed", "first", "model", "labels", "motions", "outcome"):
         assert getattr(track, name) == getattr(run.track, name)
-    for name in ("q", "cov", "s", "shift", "times"):
+    for name in ("q", "cov", "s", "moved", "times"):
         assert_array_equal(getattr(track, name), getattr(run.track, name))
 
 

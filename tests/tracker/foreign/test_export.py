@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from kinematics.spm import UNMOVED
 from tests.kinematics.figures import ARMS, WALKER
 from tests.tracker import clips
 from tests.tracker.clips import everything, figtrack, succeeds
@@ -122,8 +123,8 @@ def test_elbows_and_wrists_and_their_angles_have_their_places(rng, tmp_path):
 
 
 def test_metres_do_not_follow_a_camera_that_moves_and_pixels_do(rng, tmp_path):
-    still = replace(made_track(rng), shift=np.zeros((T, 2)))
-    moved = replace(still, shift=np.outer(np.arange(T), [30.0, 20.0]))
+    still = replace(made_track(rng), moved=np.tile(UNMOVED, (T, 1)))
+    moved = replace(still, moved=np.arange(T)[:, None] * [30.0, 20.0, 0.1] + UNMOVED)
     runs = [write_folder(track, tmp_path / name) for track, name in ((still, "still"), (moved, "moved"))]
     heads = {"m.trc": ("trc", 5), "a.mot": ("mot", -1), "p_px.trc": ("sports2d", 5)}
     found = {}
@@ -137,8 +138,9 @@ def test_metres_do_not_follow_a_camera_that_moves_and_pixels_do(rng, tmp_path):
     for to in ("trc", "mot"):
         # Pixels are written to 0.0005, of 70 px a leg and 0.9 m.
         assert_allclose(found["moved", to], found["still", to], atol=1e-4)
-    away = found["moved", "sports2d"][FIRST + 2, 2:5] - found["still", "sports2d"][FIRST + 2, 2:5]
-    assert_allclose(away, [60.0, 40.0, 0.0], atol=0.01)
+    there, before = (found[way, "sports2d"][FIRST + 2, 2:4] for way in ("moved", "still"))
+    middle = np.array(still.view.origin)
+    assert_allclose(there - middle, [60.0, 40.0] + 1.2 * (before - middle), atol=0.01)
 
 
 def test_facing_names_the_sides(run, tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from kinematics.spm import UNMOVED
 from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.records import FIRST, T, made_record, made_track, write_folder
 from tracker.foreign.points import HALPE, leg_pixels, named_points
@@ -48,7 +49,7 @@ def test_a_figure_without_feet_has_no_toes(rng, tmp_path):
 
 
 def test_likelihood_is_how_often_a_joint_lies_within_a_tenth_of_a_leg(rng, tmp_path):
-    track = made_track(rng)
+    track = replace(made_track(rng), moved=np.tile(UNMOVED, (T, 1)))
     # A root known to 5 px, marks to theirs, and nothing else unknown: every joint is a round Gaussian.
     cov = np.zeros_like(track.cov)
     cov[:, 0, 0] = cov[:, 1, 1] = (5.0 / track.view.unit) ** 2
@@ -63,7 +64,7 @@ def test_likelihood_is_how_often_a_joint_lies_within_a_tenth_of_a_leg(rng, tmp_p
 
 
 def test_a_leg_is_as_long_as_its_links(rng, tmp_path):
-    track = replace(made_track(rng), q=np.zeros((T, len(WALKER.freedoms))))
+    track = replace(made_track(rng), q=np.zeros((T, len(WALKER.freedoms))), moved=np.tile(UNMOVED, (T, 1)))
     lengths = [link.length for link in WALKER.links if link.name in ("thigh_near", "shank_near")]
     assert leg_pixels(record_of(track, tmp_path)) == pytest.approx(70.0 * sum(lengths), abs=0.01)
 

@@ -183,7 +183,7 @@ def test_who_stays_in_place_has_no_lengths():
 def thinned(walk, gone, **changes):
     """The walk without the rows `gone`."""
     rows = np.setdiff1d(np.arange(len(walk)), gone)
-    arrays = {name: getattr(walk, name)[rows] for name in ("times", "q", "cov", "s", "shift")}
+    arrays = {name: getattr(walk, name)[rows] for name in ("times", "q", "cov", "s", "moved")}
     said = {name: getattr(walk, name)[: len(rows)] for name in ("motions", "outcome")}
     return rows, replace(walk, **arrays, **(said | changes))
 

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from dynamics.gaussian import Gaussian
+from kinematics.spm import UNMOVED, View
 from tests.kinematics.figures import WALKER, upright
 from tests.oracles import assert_gaussian, mixture
 from tests.tracker.painted import STRIDE
@@ -18,13 +19,13 @@ from tracker.loop.trail import Trail
 from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
-TRACKER = SimpleNamespace(figure=WALKER, view=SimpleNamespace(axes=np.array([80.0, -80.0])))
+TRACKER = SimpleNamespace(figure=WALKER, view=View((150.0, 110.0), 80.0, 1))
 D = len(WALKER.freedoms)
 
 
-def estimate(x=0.0, cost=1.0, outcome=Outcome.OK, spread=1.0, began=False, shift=0.0):
+def estimate(x=0.0, cost=1.0, outcome=Outcome.OK, spread=1.0, began=False, moved=UNMOVED):
     pose = Gaussian(STRIDE + upright(WALKER, root_x=x), spread * np.eye(D))
-    return Estimate(pose, 0, outcome, NOTHING, shift=np.full(2, shift), misfit=cost, began=began)
+    return Estimate(pose, 0, outcome, NOTHING, moved=np.array(moved), misfit=cost, began=began)
 
 
 def places(estimates):
@@ -49,12 +50,13 @@ def test_an_average_has_the_moments_of_the_mixture_of_the_two():
 
 
 def test_ways_that_see_the_figure_in_the_same_pixels_agree_wherever_they_have_the_scene():
-    ways = [estimate(0.1, shift=10.0)] * 9, [estimate(0.1 - 1.6 / 80.0, shift=11.6)] * 9
-    ways[1][0].pose.mean[1] += 1.6 / 80.0
-    for found in between_anchors(TRACKER, *ways):
-        pixels = found.shift + TRACKER.view.axes * found.pose.mean[:2]
-        assert_allclose(pixels, ways[0][0].shift + TRACKER.view.axes * ways[0][0].pose.mean[:2])
-        assert_allclose(found.pose.cov, ways[0][0].pose.cov)
+    there = estimate(0.1, moved=(10.0, 10.0, 1.25))
+    back = estimate((0.1 * 1.25 * 80.0 - 1.6) / 80.0, moved=(11.6, 8.4, 1.0))
+    back.pose.mean[1] = 1.25 * there.pose.mean[1] - 1.6 / 80.0
+    for found in between_anchors(TRACKER, [there] * 9, [back] * 9):
+        pixels = found.moved[:2] + found.moved[2] * TRACKER.view.axes * found.pose.mean[:2]
+        assert_allclose(pixels, (10.0, 10.0) + 1.25 * TRACKER.view.axes * there.pose.mean[:2])
+        assert_allclose(found.pose.cov, there.pose.cov)
 
 
 def test_where_one_way_was_lost_they_are_joined_where_that_costs_least():

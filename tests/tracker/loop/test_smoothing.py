@@ -64,7 +64,7 @@ def test_a_run_is_smoothed_along_its_own_best_path(states, T, rng):
         assert_allclose(estimate.pose.mean, slds.C @ want.mean[t], atol=1e-9)
         assert_allclose(estimate.pose.cov, slds.C @ want.cov[t] @ slds.C.T, atol=1e-9)
         assert estimate.outcome == f"frame {t}"
-        assert (estimate.shift == t).all()
+        assert (estimate.moved == t).all()
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -18,7 +18,7 @@ def estimates(rng, T):
     outcomes = rng.choice(np.array(Outcome), T)
     covs = rng.normal(size=(T, D, D)).astype(np.float32)  # what single precision holds, it returns
     return [
-        Estimate(Gaussian(rng.normal(size=D), cov), t % 3, Outcome(at), NOTHING, rng.normal(size=2), 0.5 * t)
+        Estimate(Gaussian(rng.normal(size=D), cov), t % 3, Outcome(at), NOTHING, rng.normal(size=3), 0.5 * t)
         for t, (cov, at) in enumerate(zip(covs, outcomes, strict=True))
     ]
 
@@ -33,7 +33,7 @@ def assert_holds(trail, rows):
     assert len(trail) == len(rows)
     assert_array_equal(trail.column("mean"), [row.pose.mean for row in rows])
     assert_array_equal(trail.column("cov"), [row.pose.cov for row in rows])
-    assert_array_equal(trail.column("shift"), [row.shift for row in rows])
+    assert_array_equal(trail.column("moved"), [row.moved for row in rows])
     assert_array_equal(trail.column("misfit"), [row.misfit for row in rows])
     assert_array_equal(trail.column("s"), [row.s for row in rows])
     assert trail.outcome == [row.outcome for row in rows]

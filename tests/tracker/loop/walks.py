@@ -56,7 +56,7 @@ def pixels(start, estimates):
 
 def field_of(tracker: Tracker, templates: Templates, state: State, image) -> Field:
     """What the templates are laid on: the whole frame, before the scene as the loop has come to know it."""
-    view, settings = tracker.view.shifted(state.shift), tracker.settings
+    view, settings = tracker.seen_by(state).view, tracker.settings
     levels = levels_of(image, settings, view, curve=state.curve)
     return Field(templates, levels, tracker.figure, view, settings, state.scenery)
 

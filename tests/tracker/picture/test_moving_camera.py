@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from kinematics.spm import UNMOVED
 from tests.tracker.clips import read_json, write_images
 from tests.tracker.picture.ways import NEAR, sway
 from tracker.clip.follow import follow
@@ -50,14 +51,36 @@ def finished(panned):
 
 def test_a_run_is_in_the_scene_s_frame_both_ways_from_its_start(clip, panned, finished):
     job, way = panned
-    assert_allclose(finished.track.shift, way - way[job.start], atol=NEAR)
+    assert_allclose(finished.track.moved[:, :2], way - way[job.start], atol=NEAR)
     still = follow(replace(job, video=clip.video, marks=read_keypoints(clip.keypoints)), QUIET).track
-    assert_array_equal(still.shift, 0.0)
+    assert_array_equal(still.moved, np.tile(UNMOVED, (len(still), 1)))
     # The picture is resampled and the shift off by parts of a pixel: a hundredth of a leg, two degrees.
     D = len(still.figure.pose_freedoms)
     assert_allclose(finished.track.q[:, :2], still.q[:, :2], atol=0.01)
     assert_allclose(finished.track.q[:, 2:D], still.q[:, 2:D], atol=np.radians(2.0))
     assert_allclose(finished.track.joints() - way[:, None] - 100.0, still.joints(), atol=2.0)
+
+
+def test_where_the_camera_zooms_and_rolls_place_and_size_in_the_scene_stay(clip, tmp_path):
+    T, (height, width) = len(clip), clip.images[0].shape[:2]
+    zoom, roll = np.linspace(1.0, 1.25, T), 2.0 * np.sin(np.linspace(0.0, 4.0, T))
+    ways = [
+        cv2.getRotationMatrix2D((0.4 * width, 0.5 * height), *each) for each in zip(roll, zoom, strict=True)
+    ]
+    images = [
+        cv2.warpAffine(image, way, (width, height), borderMode=cv2.BORDER_REFLECT_101)
+        for image, way in zip(clip.images, ways, strict=True)
+    ]
+    start = read_keypoints(clip.keypoints)[0]
+    job = Job(clip.video, {0: start})
+    still = follow(job, QUIET).track
+    track = follow(replace(job, video=write_images(tmp_path / "zoomed", images)), QUIET).track
+    assert_allclose(track.moved[:, 2], zoom, rtol=0.005)
+    assert_allclose(track.q[:, :2], still.q[:, :2], atol=0.03)
+    size = track.figure.index("scale")
+    assert_allclose(track.q[:, size], still.q[:, size], atol=0.03)
+    there = np.einsum("tij,tpj->tpi", np.array(ways)[..., :2], still.joints()) + np.array(ways)[:, None, :, 2]
+    assert_allclose(track.joints(), there, atol=4.0)
 
 
 def test_the_camera_is_told_where_the_figure_is_in_the_shifted_picture(clip, panned, monkeypatch):
@@ -89,7 +112,7 @@ def test_the_run_says_how_far_the_camera_moved(panned, finished, tmp_path):
 def test_a_camera_taken_for_still_is_still(panned):
     job, _ = panned
     run = follow(replace(job, settings=Settings(camera=False), stop=6), QUIET)
-    assert_array_equal(run.track.shift, 0.0)
+    assert_array_equal(run.track.moved, np.tile(UNMOVED, (len(run.track), 1)))
 
 
 def error(job):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kinematics.spm import UNMOVED
 from tests.kinematics.figures import HORSE, WALKER
 from tests.tracker.report.reports import chapter
 from tests.tracker.strolls import SWING, angle_of, bend, lost_in, posed, stroll
@@ -57,7 +58,7 @@ def test_facts_say_what_lengths_are_told_in_and_what_the_camera_does():
     facts = dict(chapter().facts())
     assert facts["Motion"] == "walk"
     assert facts["Lengths"] == "in leg lengths (thigh + shank); follow with a height for metres"
-    moved = replace(stroll(), shift=np.outer(np.arange(len(stroll())), (0.3, 0.4)))
+    moved = replace(stroll(), moved=np.arange(len(stroll()))[:, None] * (0.3, 0.4, 0.0) + UNMOVED)
     facts = dict(chapter(moved, gait=gait_of(moved, known=Known(height=1.75))).facts())
     assert "in metres; a leg length (thigh + shank) is 0." in facts["Lengths"]
     assert "against the background, which the camera moves by up to 90 px" in facts["Lengths"]
@@ -193,9 +194,9 @@ def test_the_way_is_judged_by_the_seconds_walked():
 def test_a_camera_that_hardly_moves_is_not_told():
     for moves, told in ((0.3, False), (3.0, True)):
         track = stroll()
-        shift = np.zeros((len(track), 2))
-        shift[-1, 0] = moves
-        assert ("camera moves" in dict(chapter(replace(track, shift=shift)).facts())["Lengths"]) == told
+        moved = track.moved.copy()
+        moved[-1, 0] = moves
+        assert ("camera moves" in dict(chapter(replace(track, moved=moved)).facts())["Lengths"]) == told
 
 
 def test_without_gait_figures_nothing_is_said(rng):

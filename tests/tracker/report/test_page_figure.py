@@ -183,7 +183,7 @@ def test_frames_before_and_after_those_followed_have_no_figure(browser, tmp_path
     track = stroll(SECONDS)
     path = tmp_path / "report.html"
     film = write_clip(tmp_path / FILM, track.times, start=0.4)
-    part = {name: getattr(track, name)[:40] for name in ("times", "q", "cov", "s", "outcome", "shift")}
+    part = {name: getattr(track, name)[:40] for name in ("times", "q", "cov", "s", "outcome", "moved")}
     write_report(path, chapter(replace(track, **part)), film)
     report = Report(browser, path)
     report.shows(0)

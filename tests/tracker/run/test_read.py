@@ -26,7 +26,7 @@ def test_a_run_comes_back_as_it_was_written(rng, tmp_path, facing):
         assert_allclose(record.covs[rows, record.names.index(name)], track.joint_covs()[:, j], atol=1e-9)
     assert_allclose(record.poses[rows], track.q[:, :10])
     assert record.freedoms == WALKER.pose_freedoms
-    assert record.unit == track.view.unit
+    assert record.view == track.view
     for numbers in (record.places, record.covs, record.poses):
         assert np.isnan(numbers[[0, -1]]).all()
 
@@ -42,18 +42,20 @@ def test_in_the_scene_the_camera_s_own_motion_is_gone(rng, tmp_path):
     track = made_track(rng)
     record = read_run(write_folder(track, tmp_path / "run"))
     rows = slice(track.first, track.first + len(track))
-    assert_allclose(record.shift[rows], track.shift)
+    assert_allclose(record.moved[rows], track.moved)
     scene = record.in_scene()
     for t, q in enumerate(track.q):
         places = scene.places[track.first + t, [record.names.index(name) for name in track.figure.joints]]
         assert_allclose(places, track.view.to_pixels(joints(track.figure, q)), atol=1e-3)
+        zoom = track.moved[t, 2]
+        assert_allclose(scene.covs[track.first + t], record.covs[track.first + t] / zoom**2)
     assert_allclose(scene.in_scene().places, scene.places)
 
 
 def test_a_track_of_another_version_is_said_to_be_one(rng, tmp_path, monkeypatch):
-    monkeypatch.setattr(write, "VERSION", 2)
+    monkeypatch.setattr(write, "VERSION", 3)
     folder = write_folder(made_track(rng), tmp_path / "run")
-    with pytest.raises(RunError, match=r"it is of version 2, this program reads 1\); track the clip again"):
+    with pytest.raises(RunError, match=r"it is of version 3, this program reads 2\); track the clip again"):
         read_run(folder)
 
 

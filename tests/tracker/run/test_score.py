@@ -230,10 +230,10 @@ def test_places_are_the_joints_of_each_frame_from_the_first(rng):
     assert list(found) == [7, 8, 9]
     for t, of_frame in found.items():
         body = Puppet(WALKER, track.q[t - 7]).joints()
-        right, down = track.shift[t - 7]
+        right, down, zoom = track.moved[t - 7]
         for name, (x, y) in of_frame.items():
-            assert x == pytest.approx(150.0 + right - 70.0 * body[name][0], abs=1e-9)
-            assert y == pytest.approx(110.0 + down - 70.0 * body[name][1], abs=1e-9)
+            assert x == pytest.approx(150.0 + right - zoom * 70.0 * body[name][0], abs=1e-9)
+            assert y == pytest.approx(110.0 + down - zoom * 70.0 * body[name][1], abs=1e-9)
 
 
 def test_errors_run_in_time():

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -32,11 +33,13 @@ def header_of(path):
     return path.read_text(encoding="utf-8").splitlines()[0]
 
 
-def tip(track, q, joint, shift=(0.0, 0.0)):
-    """Where a joint lies in a picture shifted by the camera, pixels, by the definition."""
+def tip(track, q, joint, t):
+    """Where a joint lies in a picture that the camera moved as in row t, pixels, by the definition."""
     x, y = Puppet(WALKER, q).joints()[joint]
-    ahead, up = track.view.facing * track.view.unit * x, track.view.unit * y
-    return np.array(track.view.origin) + shift + (ahead, -up)
+    right, down, zoom = track.moved[t]
+    unit = zoom * track.view.unit
+    left, top = track.view.origin
+    return np.array([left + right + track.view.facing * unit * x, top + down - unit * y])
 
 
 def test_tables_have_the_columns_that_others_read(folder):
@@ -75,7 +78,7 @@ def test_joints_come_back_to_a_thousandth_of_a_pixel(folder, track):
     for t, of_frame in found.items():
         assert set(of_frame) == set(WALKER.joints)
         for name, mark in of_frame.items():
-            place = tip(track, track.q[t - FIRST], name, track.shift[t - FIRST])
+            place = tip(track, track.q[t - FIRST], name, t - FIRST)
             assert_allclose((mark.x, mark.y), place, atol=0.5e-3 + 1e-9)
 
 
@@ -84,8 +87,9 @@ def test_covariances_are_the_poses_carried_through_the_differenced_joints_and_th
         if row["x"] == "":
             continue
         t = int(row["frame"]) - FIRST
-        J = central_difference(lambda q, name=row["keypoint"]: tip(track, q, name), track.q[t], step=1e-6)
-        S = J @ track.cov[t] @ J.T + (0.02 * 70.0) ** 2 * np.eye(2)
+        told = partial(tip, track, joint=row["keypoint"], t=t)
+        J = central_difference(told, track.q[t], step=1e-6)
+        S = J @ track.cov[t] @ J.T + (0.02 * 70.0 * track.moved[t, 2]) ** 2 * np.eye(2)
         got = [float(row[column]) for column in ("sxx", "sxy", "syy")]
         # Four decimals are written; differencing coordinates of 200 px by 1e-6 leaves 1e-7 of J.
         assert_allclose(got, [S[0, 0], S[0, 1], S[1, 1]], atol=0.5e-4 + 1e-5)
@@ -129,7 +133,7 @@ def test_frames_keep_their_own_times(rng, tmp_path):
 def test_the_archive_holds_everything_unrounded(folder, track):
     with np.load(folder / "track.npz", allow_pickle=False) as archive:
         header = json.loads(str(archive["header"]))
-        for name in ("times", "q", "cov", "s", "shift"):
+        for name in ("times", "q", "cov", "s", "moved"):
             assert_allclose(archive[name], getattr(track, name), rtol=0.0, atol=0.0)
         assert tuple(archive["outcome"]) == track.outcome
         assert_allclose(archive["joints"], track.joints(), atol=0.0)
