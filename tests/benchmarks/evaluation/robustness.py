@@ -71,8 +71,9 @@ Marks missing in frame 0, where the hedge covers the feet. A guess is marked as 
 STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on both coordinates."
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
-accompanying camera shows {100 * VIEW:.0f} % of the width. It
-rolls by {ROLL:g} degrees to either side, or zooms to {CLOSER:g} times the size. Half and double speed keep the file's frame rate.
+accompanying camera shows {100 * VIEW:.0f} % of the width. It rolls by
+{ROLL:g} degrees to either side, or zooms to {CLOSER:g} times the size. Half and double speed keep the file's
+frame rate.
 """
 SOAK = """\
 `make soak` runs random commands on random films for an hour, kills a third, and checks how each ends.
