@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.viterbi import viterbi
 from kinematics.figure_file import load_figure
 from kinematics.recover import start_pose
+from kinematics.spm import UNMOVED
 from tests.benchmarks import gallery, mutations
 from tests.benchmarks.evaluation.calibration import distances, inside, mark_noise, nees
 from tests.benchmarks.evaluation.cases import Outcome, band_error
@@ -136,7 +137,9 @@ def marks_about(track, rng, spread):
 @pytest.mark.parametrize("spread", [1.0, 2.0])
 def test_errors_of_the_right_size_give_two_and_86_5_per_cent_and_others_do_not(spread, rng):
     track = random_track(rng, 2000)
-    track = standing(replace(track, cov=np.broadcast_to(track.cov[0], track.cov.shape)), track.q[0])
+    unzoomed = track.moved * (1.0, 1.0, 0.0) + UNMOVED
+    track = replace(track, cov=np.broadcast_to(track.cov[0], track.cov.shape), moved=unzoomed)
+    track = standing(track, track.q[0])
     found = distances(track, marks_about(track, rng, spread), 0).reshape(1999, -1)
     # Of 1999 draws a joint's mean has the standard error 2 / sqrt(1999) = 0.045, its share 0.011.
     for of_joint in found.T:

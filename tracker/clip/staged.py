@@ -9,13 +9,13 @@ import numpy as np
 
 from tracker.clip.lazily import Lazily
 from tracker.loop.detections import Detections
-from tracker.often import crowded
+from tracker.often import USUAL, crowded
 from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
 from tracker.picture.small import SIDE
 from tracker.progress import Progress
-from tracker.survey.evidence import NOTHING, USUAL, Expected
+from tracker.survey.evidence import NOTHING, ORDINARY, Expected
 from tracker.survey.shot import PATIENCE, Shot
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video, count_to
@@ -49,7 +49,7 @@ class Surveyed:
         """Whether the frames are enough to know the scene."""
         return len(self.survey.places) >= fewest(self.video.fps / self.every)
 
-    def stage(self, facing: int, expected: Expected = USUAL) -> Stage:
+    def stage(self, facing: int, expected: Expected = ORDINARY) -> Stage:
         """The log odds of the frames.
 
         Args:
@@ -69,7 +69,7 @@ class Surveyed:
 def fewest(fps: float) -> int:
     """Least number of surveyed frames in which the scene is known; at a low rate a walker goes as far in
     fewer."""
-    return min(max(ceil(FEWEST * fps / 30.0), LEAST), FEWEST)
+    return min(max(ceil(FEWEST * fps / USUAL), LEAST), FEWEST)
 
 
 def every(video: Video, first: int, last: int | None) -> int:

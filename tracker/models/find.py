@@ -13,7 +13,7 @@ from dynamics.slds import SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER, load_figure
-from tracker.often import crowded, often
+from tracker.often import USUAL, crowded, often
 from tracker.run.track import FREE
 from tracker.settings import Settings
 
@@ -107,7 +107,7 @@ def from_a_stand(name: str) -> str:
     return started if started in shipped() and not Path(name).is_file() else name
 
 
-def motion_model(name: str, fps: float = 30.0) -> Model:
+def motion_model(name: str, fps: float = USUAL) -> Model:
     """A model unchanged: from a file, or the shipped one of this name with the rate nearest to `fps`."""
     is_file = name.endswith(".npz") or Path(name).is_file()
     return load(name) if is_file else load_shipped(name, fps)
@@ -119,7 +119,7 @@ def known_models() -> tuple[str, ...]:
 
 
 def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> SLDS:
-    step = 30.0 / fps
+    step = USUAL / fps
     noise = by_freedom(names, settings.cv_place, np.radians(settings.cv_angle))
     speed = by_freedom(names, 0.0, FIRST_ANGLE_SPEED)
     speed[: len(ROOT)] = FIRST_ROOT_SPEED
@@ -129,7 +129,7 @@ def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> 
 def _by_rate(fps: float) -> float:
     """Factor on the change of speed in a frame at 30 a second: the square of a frame's duration, at higher
     rates its power 1.5, so that independent changes add up to the same in a second."""
-    return (30.0 / fps) ** 2 * crowded(fps)
+    return (USUAL / fps) ** 2 * crowded(fps)
 
 
 def _free(learned: SLDS) -> SLDS:

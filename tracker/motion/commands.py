@@ -21,12 +21,12 @@ from tracker.motion.fill import at_table_noise, fill_gaps, fillers
 from tracker.motion.free_run import free_run
 from tracker.motion.summary import filled_cells, forecast_errors, free_motion, label_shares, unseen_frames
 from tracker.motion.tasks import chosen_inference, forecast_all, label_all, whole_pose
+from tracker.often import USUAL
 from tracker.progress import Progress, counted
 from tracker.run.folder import FolderError, fresh_file
 from tracker.tables.poses import PoseSequence, PosesError, pose_cells, read_poses, suspicions, write_poses
 from tracker.tables.table import write_table
 
-USUAL_FPS = 30.0
 ANIMATED = 3000  # largest number of frames in a clip, 100 seconds of a stick figure
 PICTURES = (".png", ".pdf", ".svg")
 Places = tuple[Path | None, ...]  # of table, picture and possibly clip, None for an unwanted one
@@ -164,7 +164,7 @@ def _read(
 
 
 def _model(task: Task) -> tuple[Model, float]:
-    model = motion_model(task.model, task.fps or USUAL_FPS)
+    model = motion_model(task.model, task.fps or USUAL)
     fps = task.fps or model.fps
     if isinstance(model, HMM) and not abs(fps / model.fps - 1.0) < SAME:
         raise ValueError(

@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from kinematics.figure import Array, Ints
+from tracker.often import USUAL
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
@@ -225,7 +226,7 @@ def _best(
     places: list[Places], units: Array, zoom: Array, fps: float, least: float
 ) -> tuple[int, list[int]] | None:
     """First frame of the best path, and its place in each frame; None if no path scores `least`."""
-    step = STEP * DENSITY * fps / 30.0
+    step = STEP * DENSITY * fps / USUAL
     worth = units / np.sqrt(units[0] * units[-1])
     value: list[Array] = []
     before: list[Ints] = []

@@ -65,7 +65,7 @@ def phases(
     """
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     named = likeness(np.nan_to_num(cycles.pose - marked))
-    fine = max(FINE, int(np.ceil(FINE * stage.fps / 30.0)))
+    fine = max(FINE, int(np.ceil(FINE * stage.rate)))
     travel = stage.facing * stage.travel(hips, units)
     ways = (1, -1) if abs(travel) < TRAVEL else (1,) if travel > 0.0 else (-1,)
     periods = _periods(travel, len(stage) / stage.fps) * stage.fps

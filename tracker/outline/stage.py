@@ -40,12 +40,12 @@ class Stage:
 
     @property
     def often(self) -> float:
-        """Frames for each at 30 a second, see `tracker.often`."""
+        """Frames for each at 30 a second, see `tracker.often`, of which each counts as much less."""
         return often(self.fps)
 
     @property
     def rate(self) -> float:
-        """Frames in the time of one at 30 a second, at lower rates a share of one."""
+        """Frames in the time of one at 30 a second, at lower rates a share of one: for lengths of time."""
         return self.fps / USUAL
 
     @property

@@ -51,7 +51,7 @@ class Expected:
     alike: float = 0.0
 
 
-USUAL = Expected()
+ORDINARY = Expected()
 SOMEBODY = Expected(grey=0.3, alike=0.1)
 GREY_CLOTHES = Expected(grey=0.5)
 AS_THE_SCENE = Expected(grey=0.5, alike=0.25)
@@ -59,7 +59,7 @@ HARDLY_SHADOWS = Expected(grey=0.5, shaded=0.002, alike=0.25)
 FULL_OF_SHADOWS = Expected(shaded=0.2)
 
 
-def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUAL) -> Image:
+def evidence(image: Image, place: Array, scene: Scene, expected: Expected = ORDINARY) -> Image:
     """(h, w) log odds R, stored as NOTHING + UNITS R, of a picture (h, w, 3), Lab; place as in `Scene`."""
     lab, spread, known = scene.seen(place, image.shape[1::-1])
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3]]

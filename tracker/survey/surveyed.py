@@ -13,7 +13,7 @@ from tracker.picture.camera import Camera
 from tracker.picture.light import relit_lab
 from tracker.picture.pyramid import Array, Flags, Image
 from tracker.picture.small import reduced, small_size, to_film
-from tracker.survey.evidence import NOTHING, USUAL, Expected, evidence
+from tracker.survey.evidence import NOTHING, ORDINARY, Expected, evidence
 from tracker.survey.mosaic import Scene, scene_of
 
 VIEWS = 60  # largest number of pictures in the median of the scene
@@ -41,7 +41,7 @@ class Survey:
     held: Image
 
     def seen(
-        self, images: Iterable[Image], expected: Expected = USUAL
+        self, images: Iterable[Image], expected: Expected = ORDINARY
     ) -> Iterator[tuple[Image, Image, float]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, both in the scene's light, and the
         share of it that the frame had, see `tracker.survey.evidence` and `tracker.picture.light`. Of a frame

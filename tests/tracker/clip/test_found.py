@@ -19,7 +19,7 @@ from tracker.clip.staged import FEWEST, LEAST, fewest
 from tracker.clip.start import FoundError
 from tracker.outline.spot import Spot
 from tracker.progress import Progress
-from tracker.survey.evidence import FULL_OF_SHADOWS, USUAL
+from tracker.survey.evidence import FULL_OF_SHADOWS, ORDINARY
 
 QUIET = Progress("quiet")
 
@@ -108,7 +108,7 @@ def expected(monkeypatch):
     """What clothes and shadows are expected to look like at every look at the film."""
     looks, stage = [], staged_module.Surveyed.stage
 
-    def noted(surveyed, facing, expected=USUAL):
+    def noted(surveyed, facing, expected=ORDINARY):
         looks.append(expected)
         return stage(surveyed, facing)
 
@@ -134,7 +134,7 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
 
     monkeypatch.setattr(found_module, "_before", before)
     (one, sure) = people(video, QUIET)
-    assert expected == [USUAL, *AGAIN][:looks]
+    assert expected == [ORDINARY, *AGAIN][:looks]
     assert (one.frame, one.turned) == (int(np.argmax(turned)), max(turned))
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
@@ -180,7 +180,7 @@ def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(
 
     monkeypatch.setattr(found_module, "_before", before)
     assert len(people(grey, QUIET)) == 1
-    assert expected == [USUAL, *AGAIN, FULL_OF_SHADOWS]
+    assert expected == [ORDINARY, *AGAIN, FULL_OF_SHADOWS]
 
 
 @pytest.mark.whole

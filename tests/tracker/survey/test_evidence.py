@@ -15,11 +15,11 @@ from tracker.survey.evidence import (
     HARDLY_SHADOWS,
     MOST,
     NOTHING,
+    ORDINARY,
     SOME,
     SOMEBODY,
     TINT,
     UNITS,
-    USUAL,
     evidence,
 )
 from tracker.survey.mosaic import DARK, FULL, NOISE, Scene
@@ -49,7 +49,7 @@ def some_image(scene, rng):
     return np.clip(np.rint(image + GREY), 0, 255).astype(np.uint8)
 
 
-def written_out(image, scene, light, expected=USUAL):
+def written_out(image, scene, light, expected=ORDINARY):
     """R of every pixel, from the densities."""
     x, b, spread = image - GREY, scene.lab + light - GREY, scene.spread.astype(float)
     b[..., 0] = np.maximum(b[..., 0], 1.0)
@@ -75,7 +75,7 @@ def written_out(image, scene, light, expected=USUAL):
 
 @pytest.mark.parametrize(("colourless", "contrast"), [(False, 1.0), (True, 1.0), (False, 0.3)])
 @pytest.mark.parametrize(
-    "expected", [USUAL, SOMEBODY, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS, FULL_OF_SHADOWS]
+    "expected", [ORDINARY, SOMEBODY, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS, FULL_OF_SHADOWS]
 )
 def test_log_odds_are_what_the_densities_say(expected, colourless, contrast, rng):
     scene = replace(some_scene(rng), colourless=colourless, contrast=contrast)
@@ -140,7 +140,7 @@ def test_darker_by_some_is_a_shadow_darker_by_more_or_lighter_is_not(left, shado
 def test_what_looks_like_the_scene_costs_little_where_clothes_may(expected, rng):
     scene = some_scene(rng)
     image = np.rint(scene.lab).astype(np.uint8)
-    usual, alike = (evidence(image, np.eye(3), scene, each).astype(float) for each in (USUAL, expected))
+    usual, alike = (evidence(image, np.eye(3), scene, each).astype(float) for each in (ORDINARY, expected))
     known = scene.known
     assert np.median(usual[known] - NOTHING) == -UNITS * MOST
     assert np.median(alike[known] - NOTHING) > UNITS * np.log(max(expected.alike, np.exp(-MOST)))
