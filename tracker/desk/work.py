@@ -7,7 +7,7 @@ import csv
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -130,7 +130,7 @@ def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
             again = [] if film.taken else ["--overwrite"]
             words += [_here(film.path), "--out", _here(film.run), *again, *_how(asked, film)]
         case "annotate":
-            words += [_here(film.path), "--out", _here(film.marks)]
+            words += [_here(film.path), "--out", _here(film.marks), *_given({"--facing": asked.facing})]
         case "correct":
             words += [_here(film.run)]
         case "export":
@@ -236,8 +236,12 @@ def _how(asked: Asked, film: Film) -> list[str]:
     if asked.marked:
         given = {"--keypoints": _here(film.marks)}
     given |= {"--facing": asked.facing, "--height": asked.height}
-    words = [str(word) for option, value in given.items() if value is not None for word in (option, value)]
-    return words + ["--anchors"] * (asked.marked and number_marked(film.marks) > 1)
+    return _given(given) + ["--anchors"] * (asked.marked and number_marked(film.marks) > 1)
+
+
+def _given(options: Mapping[str, object]) -> list[str]:
+    """The words of those options that have a value."""
+    return [str(word) for option, value in options.items() if value is not None for word in (option, value)]
 
 
 def _here(path: Path) -> str:

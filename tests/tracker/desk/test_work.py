@@ -25,6 +25,10 @@ from tracker.desk.work import Asked, Work, films, words_for
             "track a.mp4 --out a-track --overwrite --keypoints a.keypoints.csv --facing left",
         ),
         (Asked(film="", command="annotate"), "annotate a.mp4 --out a.keypoints.csv --no-browser"),
+        (
+            Asked(film="", command="annotate", facing="right", person=2),
+            "annotate a.mp4 --out a.keypoints.csv --facing right --no-browser",
+        ),
         (Asked(film="", command="correct"), "correct a-track --no-browser"),
         (Asked(film="", command="export", to="mot"), "export a-track --to mot --overwrite"),
     ],
