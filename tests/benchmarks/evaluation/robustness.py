@@ -68,7 +68,7 @@ HIDDEN_FEET = f"""\
 Marks missing in frame 0, where the hedge covers the feet. A guess is marked as not visible and has
 {GUESS_NOISE:g} px of noise.
 """
-STARTS = f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on both coordinates."
+STARTS = f"Every mark of frame 0 gets {START_NOISE:g} px of Gaussian noise."
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
 accompanying camera shows {100 * VIEW:.0f} % of the width. It rolls by
