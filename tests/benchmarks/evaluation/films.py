@@ -1,6 +1,6 @@
 """Clips as others might have filmed or played them, made of the frames there are; repeatable."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmarks.evaluation.disturbances import Film, Image, every_second
-from tracker.tables.keypoints import Mark, Marks
+from tracker.tables.keypoints import Marks
+
+Way = NDArray[np.float64]
 
 GAMMA = 2.4
 CONTRAST, VEIL = 0.25, 90.0  # share that is left, and the grey level that haze adds
@@ -53,58 +55,52 @@ def doubled(film: Film) -> Film:
 
 def panned(film: Film) -> Film:
     """A narrower picture that goes along with the hip."""
-    width = film.images[0].shape[1]
+    height, width = film.images[0].shape[:2]
     seen = int(VIEW * width) // 2 * 2
     left = np.clip(_way(film, LAG) - 0.5 * seen, 0, width - seen).astype(int)
-    images = [
-        np.ascontiguousarray(image[:, x : x + seen]) for image, x in zip(film.images, left, strict=True)
-    ]
-    return replace(film, images=images, marks=_left_of(film.marks, left))
+    return _through_lens(film, [_aside(x) for x in left], (seen, height))
 
 
 def on_the_spot(film: Film) -> Film:
     """The picture moved so that the hip stays in its middle, drawn out at its edges."""
-    height, width = film.images[0].shape[:2]
-    left = _way(film, STEADY) - 0.5 * width
-    ways = [np.array([[1.0, 0.0, -x], [0.0, 1.0, 0.0]]) for x in left]
-    images = [
-        np.asarray(cv2.warpAffine(image, way, (width, height), borderMode=cv2.BORDER_REPLICATE), np.uint8)
-        for image, way in zip(film.images, ways, strict=True)
-    ]
-    return replace(film, images=images, marks=_left_of(film.marks, left))
+    left = _way(film, STEADY) - 0.5 * film.images[0].shape[1]
+    return _through_lens(film, [_aside(x) for x in left])
 
 
 def rolling(film: Film) -> Film:
     """A camera that rolls by 3.5 degrees to either side."""
-    turns = np.linspace(0.0, 2.0 * np.pi * ROLLS, len(film.images))
-    return _through_lens(film, ROLL * np.sin(turns), np.ones(len(turns)))
+    degrees = ROLL * np.sin(np.linspace(0.0, 2.0 * np.pi * ROLLS, len(film.images)))
+    return _through_lens(film, [_about_middle(film, angle, 1.0) for angle in degrees])
 
 
 def zooming(film: Film) -> Film:
     """A camera that zooms in evenly, up to 1.3 times the size."""
-    T = len(film.images)
-    return _through_lens(film, np.zeros(T), np.linspace(1.0, CLOSER, T))
+    sizes = np.linspace(1.0, CLOSER, len(film.images))
+    return _through_lens(film, [_about_middle(film, 0.0, size) for size in sizes])
 
 
-def _through_lens(film: Film, degrees: NDArray[np.float64], size: NDArray[np.float64]) -> Film:
-    """Pictures turned about their middle by (T,) degrees and (T,) times as large, drawn out at the edges."""
+def _aside(left: float) -> Way:
+    return np.array([[1.0, 0.0, -left], [0.0, 1.0, 0.0]])
+
+
+def _about_middle(film: Film, degrees: float, size: float) -> Way:
     height, width = film.images[0].shape[:2]
-    middle = 0.5 * width - 0.5, 0.5 * height - 0.5
-    ways = [np.asarray(cv2.getRotationMatrix2D(middle, *each)) for each in zip(degrees, size, strict=True)]
+    return np.asarray(cv2.getRotationMatrix2D((0.5 * width - 0.5, 0.5 * height - 0.5), degrees, size))
+
+
+def _through_lens(film: Film, ways: Sequence[Way], size: tuple[int, int] | None = None) -> Film:
+    """Pictures moved by affine maps (2, 3), of another width and height if given, drawn out at the edges."""
+    size = size or film.images[0].shape[1::-1]
     images = [
-        np.asarray(cv2.warpAffine(image, way, (width, height), borderMode=cv2.BORDER_REPLICATE), np.uint8)
+        np.asarray(cv2.warpAffine(image, way, size, borderMode=cv2.BORDER_REPLICATE), np.uint8)
         for image, way in zip(film.images, ways, strict=True)
     ]
-    marks = {
-        frame: {name: _seen_through(mark, ways[frame]) for name, mark in row.items()}
-        for frame, row in film.marks.items()
-    }
+    marks: Marks = {frame: {} for frame in film.marks}
+    for frame, row in film.marks.items():
+        for name, mark in row.items():
+            x, y = (ways[frame] @ (mark.x, mark.y, 1.0)).tolist()
+            marks[frame][name] = replace(mark, x=x, y=y)
     return replace(film, images=images, marks=marks)
-
-
-def _seen_through(mark: Mark, way: NDArray[np.float64]) -> Mark:
-    x, y = (way @ (mark.x, mark.y, 1.0)).tolist()
-    return replace(mark, x=x, y=y)
 
 
 def _way(film: Film, spread: float) -> NDArray[np.float64]:
@@ -112,14 +108,6 @@ def _way(film: Film, spread: float) -> NDArray[np.float64]:
     frames = sorted(film.marks)
     hips = np.interp(np.arange(len(film.images)), frames, [film.marks[t]["hip"].x for t in frames])
     return np.asarray(cv2.GaussianBlur(hips[None], (0, 0), spread, borderType=cv2.BORDER_REPLICATE)[0])
-
-
-def _left_of(marks: Marks, left: NDArray[np.generic]) -> Marks:
-    """The marks in pictures that begin so many pixels (T,) further right."""
-    return {
-        frame: {name: replace(mark, x=mark.x - float(left[frame])) for name, mark in row.items()}
-        for frame, row in marks.items()
-    }
 
 
 FILMS: dict[str, Callable[[Film], Film]] = {

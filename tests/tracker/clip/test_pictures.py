@@ -99,14 +99,6 @@ def test_a_picture_going_back_stays_as_it_is_when_earlier_ones_are_read(reel):
     assert levels([last]) == [5]
 
 
-def test_of_large_pictures_a_dozen_are_read_together(video):
-    reel = Reel(video, held=1)
-    list(reel.ahead())
-    video.read.clear()
-    assert levels(reel.span(9, 0)) == list(range(9, -1, -1))
-    assert video.read == list(range(9))
-
-
 def test_a_span_ahead_is_read_again_one_picture_at_a_time(reel, video):
     span = reel.span(3, 6)
     assert levels([next(span)]) == [3]

@@ -62,24 +62,18 @@ def test_a_run_is_in_the_scene_s_frame_both_ways_from_its_start(clip, panned, fi
 
 
 def test_where_the_camera_zooms_and_rolls_place_and_size_in_the_scene_stay(clip, tmp_path):
-    T, (height, width) = len(clip), clip.images[0].shape[:2]
+    T, size, edge = len(clip), clip.images[0].shape[1::-1], cv2.BORDER_REFLECT_101
     zoom, roll = np.linspace(1.0, 1.25, T), 2.0 * np.sin(np.linspace(0.0, 4.0, T))
-    ways = [
-        cv2.getRotationMatrix2D((0.4 * width, 0.5 * height), *each) for each in zip(roll, zoom, strict=True)
-    ]
-    images = [
-        cv2.warpAffine(image, way, (width, height), borderMode=cv2.BORDER_REFLECT_101)
-        for image, way in zip(clip.images, ways, strict=True)
-    ]
-    start = read_keypoints(clip.keypoints)[0]
-    job = Job(clip.video, {0: start})
+    ways = np.array([cv2.getRotationMatrix2D((250.0, 180.0), *each) for each in zip(roll, zoom, strict=True)])
+    images = [cv2.warpAffine(clip.images[t], ways[t], size, borderMode=edge) for t in range(T)]
+    job = Job(clip.video, {0: read_keypoints(clip.keypoints)[0]})
     still = follow(job, QUIET).track
     track = follow(replace(job, video=write_images(tmp_path / "zoomed", images)), QUIET).track
     assert_allclose(track.moved[:, 2], zoom, rtol=0.005)
     assert_allclose(track.q[:, :2], still.q[:, :2], atol=0.03)
-    size = track.figure.index("scale")
-    assert_allclose(track.q[:, size], still.q[:, size], atol=0.03)
-    there = np.einsum("tij,tpj->tpi", np.array(ways)[..., :2], still.joints()) + np.array(ways)[:, None, :, 2]
+    k = track.figure.index("scale")
+    assert_allclose(track.q[:, k], still.q[:, k], atol=0.03)
+    there = np.einsum("tij,tpj->tpi", ways[..., :2], still.joints()) + ways[:, None, :, 2]
     assert_allclose(track.joints(), there, atol=4.0)
 
 

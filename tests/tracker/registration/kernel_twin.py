@@ -56,8 +56,7 @@ def noise_picture(rng, spread=10.0):
 
 
 def noise_scenery(rng):
-    """How much a picture differs from what lies behind, of which the level, whose pixels each span two of the
-    picture's, is the part from a corner on."""
+    """How much a picture differs from what lies behind; the level is a part of it at half the resolution."""
     step, (x, y), pixel = 7, (3.5, 5.5), 2
     size = -(-int(pixel * HEIGHT + y) // step), -(-int(pixel * WIDTH + x) // step)
     differs, around = rng.uniform(0.0, 3.0, (2, *size)).astype(np.float32)
