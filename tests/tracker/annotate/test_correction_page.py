@@ -154,6 +154,7 @@ def test_what_looks_wrong_is_followed_only_when_told_so(browser, run):
         shown.turn_to(3)
         tracked = shown.points()
         shown.drag(tracked["near_knee"], (20.0, 20.0))
+        shown.advice("times as far")  # which moves the button
         browser.push("#follow")
         browser.wait("document.querySelector('#doubt').open")
         assert "frame 3:" in browser.text("#doubts")
