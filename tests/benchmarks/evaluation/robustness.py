@@ -51,7 +51,7 @@ DRAWS = 30  # of start marks a clip
 DROPPED = "every second frame"
 SEEN_WORSE = tuple(name for name in DISTURBANCES if name not in ("none", DROPPED))
 METHOD = f"""\
-One disturbance at a time, `{DEFAULT}` with default settings. Errors are in leg lengths against the
+One disturbance each, `{DEFAULT}` with default settings. Errors are in leg lengths against the
 undisturbed marks after frame 0; a refusal counts 1.
 """
 WALKS = range(100, 140)  # seeds of rendered walks: no setting was chosen by these
@@ -71,13 +71,12 @@ Marks missing in frame 0, where the hedge covers the feet. A guess is marked as 
 STARTS = f"Every mark of frame 0 gets {START_NOISE:g} px of Gaussian noise."
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
-accompanying camera shows {100 * VIEW:.0f} % of the width. It rolls by
-{ROLL:g} degrees to either side, or zooms to {CLOSER:g} times the size. Half and double speed keep the file's
-frame rate.
+accompanying camera shows {100 * VIEW:.0f} % of the width. Others roll by
+{ROLL:g} degrees either way, or zoom to {CLOSER:g} times the size. Half and double speed keep the frame rate.
 """
 SOAK = """\
 `make soak` runs random commands on random films for an hour, kills a third, and checks how each ends.
-32,658 commands have found nine faults, all mended.
+32,658 commands found nine faults, all mended. An early interrupt shows a traceback.
 """
 
 SHOTS = {**DISTURBANCES, **FILMS}
