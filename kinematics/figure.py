@@ -25,9 +25,8 @@ Flags = NDArray[np.bool_]
 ROOT = ("root_x", "root_y")
 SCALE = "scale"
 STRETCH = "stretch_"
-# marked: a constant of each figure, left out in learning and taken from the start pose;
-# lean: a constant that varies little between figures, by as much as the setting `lean` says.
-OFFSETS = ("", "marked", "lean")
+# marked: a constant of each figure, left out in learning and taken from the start pose.
+OFFSETS = ("", "marked")
 
 
 @dataclass(frozen=True)
@@ -220,9 +219,10 @@ class Figure:
         """The freedoms of motion models: the root, and the angles of links that are learned."""
         return (*ROOT, *(link.freedom for link in self.links if link.freedom is not None and link.learned))
 
-    def offsets(self, kind: str) -> list[str]:
-        """The freedoms with an offset of this kind."""
-        return [link.freedom for link in self.links if link.freedom is not None and link.offset == kind]
+    @cached_property
+    def marked_offsets(self) -> list[str]:
+        """The freedoms whose offset is taken from the start pose."""
+        return [link.freedom for link in self.links if link.freedom is not None and link.offset == "marked"]
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:

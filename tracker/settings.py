@@ -88,8 +88,8 @@ class Settings(BaseModel):
         0.01,
         description="probability of motion no state predicts, a frame at 30 a second and in the marked one",
     )
-    lean: float = Field(
-        10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
+    constant: float = Field(
+        10.0, gt=0, le=90, description="spread of an angle's constant difference from learned motion, degrees"
     )
     scale_drift: Share = Field(0.002, description="change of the common log scale a frame at 30 a second")
     breathing: Part = Field(0.06, description="spread of a link's log length")

@@ -165,7 +165,7 @@ OF_A_LINK = {
     "sense zero": ("sense = 0", "link 'fore': sense must be 1 or -1; got 0"),
     "half a sense": ("sense = 1.5", "link 'fore': sense must be a whole number; got 1.5"),
     "breathes as text": ('breathes = "no"', "'fore': breathes must be true or false"),
-    "no such offset": ('offset = "far"', "offset must be '', 'marked', 'lean'; got 'far'"),
+    "no such offset": ('offset = "far"', "offset must be '', 'marked'; got 'far'"),
     "no such twin": ('twin = "wing"', "its twin 'wing' is no link of the figure"),
 }
 MISTAKES = {

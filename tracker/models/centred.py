@@ -27,7 +27,7 @@ def rootless(y: Array) -> Array:
 
 def own_offset(y: Array, figure: Figure = WALKER) -> Array:
     """(M,) `first_place`, and the measured means of freedoms with a constant, such as the neck."""
-    constant = among(figure.learned_freedoms, figure.offsets("marked"))
+    constant = among(figure.learned_freedoms, figure.marked_offsets)
     return np.where(constant, measured_mean(y), first_place(y))
 
 

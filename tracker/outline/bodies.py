@@ -159,7 +159,7 @@ class _Bodies:
 
     @classmethod
     def of(cls, shape: Shape, cycles: Cycles) -> "_Bodies":
-        q = poses(shape.figure, cycles.halves(0.0, EVERY, leans=LEANS))
+        q = poses(shape.figure, cycles.usual.halves(0.0, EVERY, leans=LEANS))
         body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
         body, arms = (np.concatenate([each, each[..., ::-1]]) for each in (body, arms))
         inside, around = (WEIGHT / DENSITY**2 * each for each in (body, AROUND * (1.0 - body - arms)))

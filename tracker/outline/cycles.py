@@ -4,13 +4,13 @@ Every cycle is symmetric: half a stride later it is the same with the legs excha
 `tests.benchmarks.gait.cycles` makes the shipped ones.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from typing import Self
 
 import numpy as np
 
-from kinematics.figure import Array, Figure
+from kinematics.figure import Array, Figure, Flags
 
 COLUMNS = ("torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far", "ankle_near", "ankle_far")
 TRUNK, NECK = COLUMNS.index("torso"), COLUMNS.index("neck")
@@ -25,17 +25,25 @@ class Cycles:
 
     pose : (C, PHASES, 8) angles, radians, of COLUMNS; at phase 0 the near thigh is farthest ahead
     runs : (C,) share of running strides in each kind
+    rare : (C,) kinds of which captures show hardly any
     """
 
     pose: Array
     runs: Array
+    rare: Flags
 
     @classmethod
     def load(cls) -> Self:
         """The shipped mean gait cycles."""
         source = resources.files("tracker.outline") / "cycles.npz"
         with resources.as_file(source) as file, np.load(file) as stored:
-            return cls(stored["pose"].astype(np.float64), stored["runs"])
+            return cls(stored["pose"].astype(np.float64), stored["runs"], stored["rare"])
+
+    @property
+    def usual(self) -> Self:
+        """The kinds that are not rare."""
+        own = ~self.rare
+        return replace(self, pose=self.pose[own], runs=self.runs[own], rare=self.rare[own])
 
     def gait(self, cycle: int) -> str:
         """The gait of a kind of stride, "walk" or "run"."""

@@ -28,6 +28,7 @@ SPEEDS = 16  # phase speeds in this range; in slow motion, which goes on beyond 
 LONG = 2.5  # longest stride of most people, leg lengths; who goes less far in the slowest is in slow motion,
 SLOW_MOTION = 8.0  # with stride times up to this, seconds of film
 FINE = 3  # steps from one phase to the next, at 30 frames a second
+RARE = 0.3  # cost of a rare kind of stride, nats a frame
 CHANGE = 1.5  # cost of a change to the next phase speed, nats
 TRAVEL = 1.0  # least travel over the scene that shows how fast somebody walks, and which way, leg lengths
 SLIP = 1.0  # standard deviation of a step in phase about the phase speed, fine steps
@@ -76,7 +77,7 @@ def phases(
         finer = np.ascontiguousarray(at_phases(whole.T, np.arange(PHASES * fine) / fine).T)
         for way in ways:
             value, path = best_phases(finer, way * PHASES * fine / periods, CHANGE, SLIP)
-            found.append((value, cycle, way, path))
+            found.append((value - len(stage) * RARE * float(cycles.rare[cycle]), cycle, way, path))
     _, cycle, way, path = max(found, key=lambda each: each[0])
     phase = path[:, 1] / fine
     half = np.rint(phase).astype(int) % (PHASES // 2)

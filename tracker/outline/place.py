@@ -114,7 +114,7 @@ def maps(stage: Stage, by: float, size: tuple[int, int], corners: Ints) -> Itera
 
 def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
     """(S, P, *GRID.shape) mean silhouettes of some phases for each size."""
-    q = np.repeat(poses(shape.figure, cycles.halves(0.0, EVERY)), len(SIZES), axis=0)
+    q = np.repeat(poses(shape.figure, cycles.usual.halves(0.0, EVERY)), len(SIZES), axis=0)
     q[..., shape.figure.index(SCALE)] = SIZES[:, None, None]
     body, _ = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
     return np.asarray(body.reshape(*q.shape[:3], *GRID.shape).mean(1)[..., ::facing])

@@ -39,7 +39,7 @@ COMPARED: dict[str, tuple[str, Changes]] = {
 # A name for the row: what is changed in the settings of the default model.
 WITHOUT: dict[str, Changes] = {
     "no outline": {"outline": False},
-    "no constant lean": {"lean": 0.01},
+    "no constant differences of angles": {"constant": 0.01},
     "no free state": {"surprise": 0.0},
     "camera assumed still": {"camera": False},
     "no background model": {"backdrop": False},

@@ -3,7 +3,8 @@
     python -m tests.benchmarks.gait.cycles TRIALS OUT.npz --licence CMU --licence "Seoul National"
 
 Strides are cut where the near thigh is farthest ahead of the far one, brought to PHASES poses each, and
-averaged with their own mirror image half a stride later. k-means gathers them to a few kinds.
+averaged with their own mirror image half a stride later. k-means gathers them to a few kinds. Two kinds that
+hardly any capture shows are made of the mean walk: one on bent knees, and one with short steps.
 """
 
 from collections.abc import Iterable
@@ -27,6 +28,9 @@ MIRRORED = exchanged(COLUMNS)
 SHORTEST, LONGEST = 0.4, 1.8  # seconds of a stride
 SWING = 0.3  # radians by which the thighs part at least
 MOST = 12  # strides of one person's walk or run
+LEGS = [2, 3, 4, 5]  # columns
+BENT = np.radians([15.0, 25.0, 15.0, 25.0])  # of LEGS, added where somebody walks on bent knees
+SHORT = 0.5  # share of the usual swing of LEGS in short steps
 FLAT = float(np.radians(-20.0))  # how a foot that stands flat points, ankle to toe
 
 
@@ -50,10 +54,20 @@ def learn_cycles(trials: Iterable[Trial], kinds: int, seed: int = 0) -> Cycles:
     features = np.stack([stride.pose[:, COUNTED].ravel() for stride in chosen])
     _, kind = kmeans2(features, kinds, minit="++", rng=rng, iter=50)
     members = [[s for s, k in zip(chosen, kind, strict=True) if k == i] for i in range(kinds)]
-    return Cycles(
-        np.stack([np.mean([s.pose for s in own], axis=0) for own in members if own]),
-        np.array([np.mean([s.activity == "run" for s in own]) for own in members if own]),
-    )
+    pose = np.stack([np.mean([s.pose for s in own], axis=0) for own in members if own])
+    runs = np.array([np.mean([s.activity == "run" for s in own]) for own in members if own])
+    rare = _rare(pose[runs <= 0.5].mean(axis=0))
+    both = np.concatenate([pose, rare])
+    return Cycles(both, np.append(runs, np.zeros(len(rare))), np.arange(len(both)) >= len(pose))
+
+
+def _rare(walk: Array) -> Array:
+    """(2, PHASES, 8) a walk on bent knees and one with short steps, made of a usual one (PHASES, 8)."""
+    bent, short = walk.copy(), walk.copy()
+    bent[:, LEGS] += BENT
+    mean = walk[:, LEGS].mean(axis=0)
+    short[:, LEGS] = mean + SHORT * (walk[:, LEGS] - mean)
+    return np.stack([bent, short])
 
 
 def strides(trial: Trial) -> list[Stride]:
@@ -105,7 +119,7 @@ def main() -> None:
     asked = arguments("cycles", __doc__)
     trials = [trial for trial in read_trials(asked.trials) if trial.activity in GAITS]
     made = learn_cycles((trial for trial in trials if allowed(trial.licence, asked.licence)), KINDS)
-    np.savez_compressed(asked.out, pose=made.pose.astype(np.float32), runs=made.runs)
+    np.savez_compressed(asked.out, pose=made.pose.astype(np.float32), runs=made.runs, rare=made.rare)
 
 
 if __name__ == "__main__":

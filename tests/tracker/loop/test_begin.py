@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from dynamics.viterbi import viterbi
 from kinematics.recover import Start
 from kinematics.spm import joint_jacobian
 from tests.kinematics.figures import WALKER, upright
+from tests.tracker.gaits import gait
 from tests.tracker.loop.walks import run, start_of, still
 from tests.tracker.painted import FULL, STRIDE, VIEW, Painted, freedoms
 from tracker.loop.begin import START_ANGLE, begin, start_belief
@@ -21,13 +23,33 @@ def test_who_leans_more_than_any_model_knows_starts_as_marked(walk, models):
     q[WALKER.index("torso")] = np.radians(45.0)
     marked = replace(walk.start, q=q)
 
-    def torso(lean):
-        tracker = make_tracker(marked, models["walk-run"], FULL.model_copy(update={"lean": lean}))
+    def torso(constant):
+        tracker = make_tracker(marked, models["walk-run"], FULL.model_copy(update={"constant": constant}))
         belief = start_belief(tracker, marked)
         return np.degrees(tracker.pose(belief.merged()).mean[WALKER.index("torso")])
 
     assert torso(0.01) < 30.0  # without it the model's own lean wins
-    assert torso(FULL.lean) > 36.0
+    assert torso(FULL.constant) > 36.0
+
+
+def test_knees_that_stay_bent_are_expected_to_stay_so_where_they_are_not_seen(walk, models, rng):
+    poses, knees = (
+        gait("walk", 60, rng, noise=0.0),
+        [WALKER.index(name) for name in ("knee_near", "knee_far")],
+    )
+    poses[:, knees] += np.radians(25.0)
+    poses[:, [WALKER.index("hip_near"), WALKER.index("hip_far")]] += np.radians(15.0)
+    seen = np.full((len(poses), len(WALKER.freedoms)), np.nan)
+    seen[:40, : poses.shape[1]] = poses[:40]
+
+    def straighter(constant):
+        settings = FULL.model_copy(update={"constant": constant})
+        slds = make_tracker(walk.start, models["walk-run"], settings).slds
+        found = viterbi(slds, seen).states.mean @ slds.C.T
+        return np.degrees((poses - found[:, : poses.shape[1]])[45:, knees].mean())
+
+    assert straighter(0.01) > 10.0  # without it the knees straighten as in the learned walks
+    assert abs(straighter(FULL.constant)) < 7.0
 
 
 @pytest.mark.parametrize("name", ["cv", "walk-run"])

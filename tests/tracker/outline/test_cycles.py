@@ -17,6 +17,13 @@ def test_walks_and_runs_are_among_the_cycles_that_ship():
     assert CYCLES.runs.min() < 0.1
 
 
+def test_walks_on_bent_knees_and_with_short_steps_are_among_the_cycles_that_ship():
+    walks = np.degrees(CYCLES.pose[CYCLES.runs < 0.1])
+    knee, hip = (walks[..., COLUMNS.index(name)] for name in ("knee_near", "hip_near"))
+    assert knee.min(axis=1).max() > np.median(knee.min(axis=1)) + 20.0
+    assert np.ptp(hip, axis=1).min() < 0.6 * np.median(np.ptp(hip, axis=1))
+
+
 def test_a_phase_between_two_is_their_mean_and_phases_go_round():
     between = at_phases(CYCLES.pose[3], np.array([PHASES - 0.5]))
     np.testing.assert_allclose(between[0], 0.5 * (CYCLES.pose[3, -1] + CYCLES.pose[3, 0]))

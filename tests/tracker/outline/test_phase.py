@@ -83,3 +83,15 @@ def test_a_trunk_that_leans_further_than_the_cycles_is_found_to_lean(walk, stage
     ]
     assert np.all(leans[0] == 0.0)
     assert np.median(leans[1]) == pytest.approx(np.radians(30.0))
+
+
+def test_a_rare_kind_of_stride_is_taken_only_where_the_film_shows_it_clearly(walk, stage):
+    pose, runs = CYCLES.pose[[WALK, WALK, 1]], CYCLES.runs[[WALK, WALK, 1]]
+    angles = walk.q[MIDDLE, columns_of(WALKER)]
+
+    def cycle(*rare):
+        kinds = replace(CYCLES, pose=pose, runs=runs, rare=np.array(rare))
+        return phases(stage, SHAPE, kinds, walk.hips, walk.units, angles, MIDDLE).cycle
+
+    assert cycle(True, False, False) == 1
+    assert cycle(True, True, False) < 2  # the other one is a run
