@@ -16,7 +16,7 @@ from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import GAITS, gait_of
 from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.measure import SCORED, Case, Followed, Start, judged, start_frame
-from tests.benchmarks.rendered.page import by_kind, claims, worst
+from tests.benchmarks.rendered.page import by_kind, claims
 from tests.benchmarks.rendered.plans import BEFORE, BEHIND, HEIGHT, MOMENTS, POST, SHRUB, Casting, planned
 from tracker.clip.job import Found, Nearer
 from tracker.scene.steps import joint_places, random_build
@@ -269,11 +269,3 @@ def test_rows_are_of_all_films_and_of_every_kind():
     assert list(rows) == ["**all**", "gait: run", "gait: walk"]
     assert [rows[name][0] for name in rows] == ["3", "2", "1"]
     assert rows["gait: run"][3:7] == ["1", "1", "1", "1"]
-
-
-def test_the_worst_come_first_refused_and_lost_before_all_others():
-    cases = [a_case(0, 0.01), a_case(1, 0.4, lost=3), a_case(2, 0.2), a_case(3, start=None)]
-    rows = worst(cases)
-    assert [cells[0] for cells in rows] == ["3", "1", "2"]
-    assert rows[0][-1] == "refused: nobody was found"
-    assert rows[1][-2] == "0.400, lost in frame 3"

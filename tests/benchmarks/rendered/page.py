@@ -5,9 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tests.benchmarks.page import Claim, chapter, claim_table, table, written
-from tests.benchmarks.rendered.measure import AWAY, Case, Followed
+from tests.benchmarks.rendered.measure import Case, Followed
 
-WORST = 3
 METHOD = """\
 Each film is drawn from a seed: walk or run, direction, clothes, light, occluders, camera, playback speed
 and compression. The motion is that of open captures, some of which the shipped model was learned from. All
@@ -47,7 +46,6 @@ def page(cases: Sequence[Case], tried: str) -> str:
             *chapter("# Rendered films", by, METHOD),
             *chapter("## What is wanted", claim_table(claims(cases))),
             *chapter("## By kind of film", KINDS, table(HEADER, by_kind(cases))),
-            *chapter(f"## The {WORST} worst", table(("seed", "film", "marked", "unmarked"), worst(cases))),
         ]
     )
 
@@ -76,20 +74,6 @@ def by_kind(cases: Sequence[Case]) -> list[list[str]]:
         for kind in sorted({each.kinds[what] for each in cases} - {"none"}):
             rows.append([f"{what}: {kind}", *_cells([each for each in cases if each.kinds[what] == kind])])
     return rows
-
-
-def worst(cases: Sequence[Case]) -> list[list[str]]:
-    """Rows of the films with the largest errors, refused and lost ones first."""
-    ranked = sorted(cases, key=lambda each: max(_badness(each.marked), _badness(each.unmarked)), reverse=True)
-    return [
-        [
-            str(each.seed),
-            ", ".join(kind for kind in each.kinds.values() if kind != "none"),
-            _told(each.marked),
-            _start(each) + _told(each.unmarked),
-        ]
-        for each in ranked[:WORST]
-    ]
 
 
 def marked(cases: Sequence[Case]) -> list[Followed]:
@@ -127,28 +111,3 @@ def _cells(cases: Sequence[Case]) -> list[str]:
 
 def _of(function: Callable[[list[float]], float], values: list[float]) -> float:
     return float(function(values)) if values else np.nan
-
-
-def _badness(track: Followed | str) -> float:
-    return 2.0 if isinstance(track, str) else track.error + (track.lost is not None)
-
-
-def _start(each: Case) -> str:
-    """What is wrong with the start that was found."""
-    if each.start is None:
-        return ""
-    start = each.start
-    wrong = [
-        "" if start.placed else f"joints off by more than {AWAY:g}",
-        "" if start.facing else "facing the wrong way",
-        "" if start.near else f"legs exchanged, {'sure' if start.sure else 'with a warning'}",
-    ]
-    return "".join(f"{text}; " for text in wrong if text)
-
-
-def _told(track: Followed | str) -> str:
-    if isinstance(track, str):
-        return f"refused: {track.partition(';')[0]}"
-    lost = "" if track.lost is None else f", lost in frame {track.lost}"
-    swapped = f", exchanged in {track.exchanged} of {track.frames}" if track.exchanged else ""
-    return f"{track.error:.3f}{lost}{swapped}"
