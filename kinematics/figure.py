@@ -225,6 +225,11 @@ class Figure:
         return [link.freedom for link in self.links if link.freedom is not None and link.offset == "marked"]
 
     @cached_property
+    def personal_angles(self) -> list[str]:
+        """The other learned angles: each may differ from learned motion by an unknown constant."""
+        return [name for name in self.learned_freedoms if name not in (*ROOT, *self.marked_offsets)]
+
+    @cached_property
     def limits(self) -> tuple[Array, Array]:
         """(D,) least and (D,) greatest value of every freedom; infinite where it has no limit."""
         limited = {link.freedom: link.limits for link in self.links}

@@ -23,6 +23,7 @@ RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
 ENOUGH = 600  # frames that suffice to measure the pace, twenty seconds at 30 a second
 TRAVEL = 1.0  # least travel, leg lengths, that decides between walking forwards and backwards
 PLACE, ANGLE = 0.02, float(np.radians(3.0))  # noise of tracked poses: leg lengths, radians
+CONSTANT = float(np.radians(10.0))  # spread of constant differences from learned motion
 OTHERWISE = "walk-run"  # model that measures the pace if the clip was followed without a learned one
 
 
@@ -44,10 +45,10 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
 
     def fit(number: int) -> float:
         try:
-            slds = _of_tracked(switching_model(name, fps / RATES[number], figure))
+            slds = switching_model(name, fps / RATES[number], figure)
         except ValueError:  # a frame rate to which the model cannot be converted
             return -np.inf
-        return max(_evidence(way, y) for way in _ways(slds, some))
+        return max(_evidence(way, y) for way in _ways(slds, some, figure))
 
     # Every other speed of the grid first, then the neighbours of the best.
     fits = {number: fit(number) for number in range(0, len(RATES), 2)}
@@ -63,7 +64,7 @@ def motions_at(model: str, poses: Array, fps: float, figure: Figure = WALKER) ->
     Labels are those of `dynamics.motion.tasks.classify` by GPB2, in pieces of ENOUGH frames. A frame without
     a pose gets the motion of its neighbours; at least one frame must have a pose.
     """
-    slds = _of_tracked(switching_model(model, fps, figure))
+    slds = switching_model(model, fps, figure)
     rows = np.arange(len(poses))
     known = np.asarray(np.isfinite(poses).all(1))
     said = np.full(len(poses), "", dtype=object)
@@ -72,23 +73,23 @@ def motions_at(model: str, poses: Array, fps: float, figure: Figure = WALKER) ->
         here = here[known[here].argmax() :]
         if known[here[0]]:
             y = centred(poses[here], figure)
-            way = max(_ways(slds, poses[here]), key=lambda way: _evidence(way, y))
+            way = max(_ways(slds, poses[here], figure), key=lambda way: _evidence(way, y))
             said[here] = labelled(way, [y])[0].label
     told = said != ""
     return tuple(said[np.maximum.accumulate(np.where(told, rows, told.argmax()))])
 
 
-def _of_tracked(slds: SLDS) -> SLDS:
-    """The model with the measurement noise of tracked poses."""
-    return replace(slds, R=np.diag(by_freedom(slds.names, PLACE, ANGLE) ** 2))
+def _ways(slds: SLDS, poses: Array, figure: Figure) -> list[SLDS]:
+    """The model, and its time reversal if the figure may be walking backwards, of somebody's tracked poses.
 
-
-def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
-    """The model, and its time reversal if the figure may be walking backwards."""
+    These have noise, and unknown constant differences of angles.
+    """
     known = poses[np.isfinite(poses).all(1), 0]
     travel = float(known[-1] - known[0])
-    ahead = [slds] if travel > -TRAVEL else []
-    return ahead + ([backwards(slds)] if travel < TRAVEL else [])
+    ways = [slds] if travel > -TRAVEL else []
+    ways += [backwards(slds)] if travel < TRAVEL else []
+    R = np.diag(by_freedom(slds.names, PLACE, ANGLE) ** 2)
+    return [replace(way, R=R).with_constants(dict.fromkeys(figure.personal_angles, CONSTANT)) for way in ways]
 
 
 def _evidence(slds: SLDS, y: Array) -> float:

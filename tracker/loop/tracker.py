@@ -22,7 +22,7 @@ from dynamics.belief import Belief, either, propose, together
 from dynamics.gaussian import Array, Flags, Gaussian
 from dynamics.kalman import update_information
 from dynamics.slds import SLDS
-from kinematics.figure import ROOT, SCALE, Figure
+from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
 from kinematics.spm import View, joints
 from tracker.loop.detections import Detections, Detector
@@ -238,8 +238,9 @@ def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
         # Places of joints differ between skeletons, so models apply to an angle's deviation only.
         own = [figure.index(name) for name in figure.marked_offsets]
         offset[own] = start.q[own]
-        others = [name for name in slds.names if name not in (*ROOT, *figure.marked_offsets)]
-        slds = slds.with_constants(dict.fromkeys(others, float(np.radians(settings.constant))))
+        slds = slds.with_constants(
+            dict.fromkeys(figure.personal_angles, float(np.radians(settings.constant)))
+        )
     full = _with_drifts(slds, figure.freedoms[len(slds.names) :], settings)
     return Tracker(figure, start.view, full, offset, settings)
 

@@ -49,6 +49,13 @@ def test_a_clip_played_backwards_has_the_same_pace(walked):
     assert abs(np.log2(playback_rate("walk-run", poses[::-1], 30.0) / 0.5)) <= 0.5
 
 
+def test_who_walks_on_bent_knees_is_no_runner(walked):
+    poses = played(walked, 1.0)
+    poses[:, 4:] += np.radians([15.0, 25.0, 15.0, 25.0])
+    assert playback_rate("walk-run", poses, 30.0) == 1.0
+    assert motions_at("walk-run", poses, 30.0).count("walk") > 0.9 * T
+
+
 def test_frames_where_the_figure_was_lost_say_nothing(walked):
     poses = played(walked, 0.5)
     poses[40:50] = np.nan
