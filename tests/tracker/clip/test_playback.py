@@ -52,7 +52,7 @@ def test_a_clip_played_backwards_has_the_same_pace(walked):
 def test_who_walks_on_bent_knees_is_no_runner(walked):
     poses = played(walked, 1.0)
     poses[:, 4:] += np.radians([15.0, 25.0, 15.0, 25.0])
-    assert playback_rate("walk-run", poses, 30.0) == 1.0
+    assert abs(np.log2(playback_rate("walk-run", poses, 30.0))) <= 0.5
     assert motions_at("walk-run", poses, 30.0).count("walk") > 0.9 * T
 
 
