@@ -115,7 +115,7 @@ def person(
     best = int(np.argmax(path.score))
     ways = (1, -1) if facing is None else (facing,)
     within = stage.part(slice(path.first, path.last + 1))
-    facing, larger, margin = _fits(within, figure, path, ways, cycles)
+    facing, larger, margin = _fits(within, figure, path, ways, cycles.usual)
     beyond = round(BEYOND * stage.fps)
     first = max(path.first - beyond, 0)
     faced = replace(stage.part(slice(first, path.last + beyond + 1)), facing=facing)
