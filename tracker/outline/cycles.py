@@ -1,4 +1,4 @@
-"""Mean gait cycles: the angles of a stride, for a dozen kinds of gait.
+"""Mean gait cycles: the angles of a stride, for a dozen kinds of gait and two rare ones.
 
 Every cycle is symmetric: half a stride later it is the same with the legs exchanged.
 `tests.benchmarks.gait.cycles` makes the shipped ones.

@@ -30,7 +30,6 @@ HEADER = (
     "followed unmarked",
     "error unmarked",
 )
-SHOWN = ("gait", "camera", "occluder", "second person", "playback", "legs")
 
 
 def page(cases: Sequence[Case], tried: str) -> str:
@@ -70,7 +69,7 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
 def by_kind(cases: Sequence[Case]) -> list[list[str]]:
     """Rows under HEADER: all films, then those of each kind."""
     rows = [["**all**", *_cells(cases)]]
-    for what in (kind for kind in cases[0].kinds if kind in SHOWN):
+    for what in cases[0].kinds:
         for kind in sorted({each.kinds[what] for each in cases} - {"none"}):
             rows.append([f"{what}: {kind}", *_cells([each for each in cases if each.kinds[what] == kind])])
     return rows

@@ -104,7 +104,6 @@ class Plan:
             "camera": self.camera,
             "occluder": "none" if self.occluder is None else self.occluder[0],
             "second person": self.crossing or "none",
-            "frames a second": f"{self.fps:g}",
             "playback": f"{self.speed:g}",
             "legs": "alike" if self.alike else "far one darker",
         }
