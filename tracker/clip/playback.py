@@ -18,12 +18,13 @@ from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from tracker.models.centred import centred
 from tracker.models.find import CONSTANT_VELOCITY, by_freedom, own_model, switching_model
+from tracker.settings import Settings
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
 ENOUGH = 600  # frames that suffice to measure the pace, twenty seconds at 30 a second
 TRAVEL = 1.0  # least travel, leg lengths, that decides between walking forwards and backwards
 PLACE, ANGLE = 0.02, float(np.radians(3.0))  # noise of tracked poses: leg lengths, radians
-CONSTANT = float(np.radians(10.0))  # spread of constant differences from learned motion
+CONSTANT = float(np.radians(Settings().constant))  # spread of constant differences from learned motion
 OTHERWISE = "walk-run"  # model that measures the pace if the clip was followed without a learned one
 
 
