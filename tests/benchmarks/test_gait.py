@@ -9,7 +9,7 @@ import pytest
 from kinematics.mocap import Trial
 from tests.benchmarks.gait import learn as learn_module
 from tests.benchmarks.gait.learn import Case as Taught
-from tests.benchmarks.gait.learn import _weights, cases, followed
+from tests.benchmarks.gait.learn import _weights, cases, shown_at
 from tests.benchmarks.gait.measure import Case, Figure, Moment, _true_track, measured
 from tests.benchmarks.gait.norms import norms
 from tests.benchmarks.gait.page import claims, figure_rows, moment_rows, nobodys
@@ -66,7 +66,7 @@ def test_weights_are_learned_from_clear_moments_alone(rng, monkeypatch):
     motion = a_motion("walk", 6.0)
     every = list(cases([("", motion)], True, rng))
     assert {kind for kind, _ in every} == {"strike", "off"}
-    _, build, gait = followed(motion, 30.0, rng)
+    _, build, gait = shown_at(motion, 30.0, rng)
     told = {
         side: [replace(one, clear=("off",)) for one in found] for side, found in contacts(gait, build).items()
     }
@@ -123,7 +123,7 @@ def test_claims_and_rows_count_what_is_within():
 
 
 def test_weights_find_what_is_linear_and_say_what_is_left_of_each_capture(rng):
-    w = rng.normal(size=(4, 5))
+    w, errors = rng.normal(size=(4, 5)), np.random.default_rng(1)
     taught = []
     for subject in range(4):
         for capture in range(3):
@@ -131,7 +131,8 @@ def test_weights_find_what_is_linear_and_say_what_is_left_of_each_capture(rng):
             for _ in range(200):
                 x = rng.normal(size=(4, 5))
                 late = 0.1 + float((w * x).sum()) + off + 0.01 * rng.normal()
-                taught.append(Taught(str(subject), f"{subject} {capture}", "", late, x))
+                noisy = x + 0.02 * errors.normal(size=x.shape)  # whose part of the error is not learned
+                taught.append(Taught(str(subject), f"{subject} {capture}", "", late, noisy, x))
     found = _weights(taught, taught)
     assert np.abs(found.w - w).max() < 0.02
     assert found.base == pytest.approx(0.1, abs=0.03)

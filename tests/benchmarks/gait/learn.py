@@ -4,7 +4,8 @@
 
 Every capture is shown by figures of several people's lengths, either leg near, at several frame rates, under
 errors as tracks have them. What weights leave of a person is told by those learned from everybody else: of
-each capture what its moments share, and what they differ by; every person counts alike.
+each capture what its moments share, and what they differ by, without the errors of tracks, whose own part is
+known where moments are told; every person counts alike.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from scipy.ndimage import gaussian_filter1d
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.mocap import MotionError, Trial, read_trials
-from kinematics.sides import SIDES
+from kinematics.sides import SIDES, Side
 from kinematics.spm import UNMOVED, View
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of, motions
@@ -38,13 +39,15 @@ RIDGE = 1e-4
 
 @dataclass(frozen=True)
 class Case:
-    """One moment of a capture: late by this share of a stride, where the ways are x (C, W)."""
+    """One moment of a capture: late by this share of a stride, where the ways are x (C, W), `true` without
+    the errors of a track."""
 
     subject: str
     capture: str
     licence: str
     late: float
     x: Array
+    true: Array
 
 
 def main() -> None:
@@ -103,11 +106,11 @@ def cases(
         subject = motion.name.split("_")[0]
         for sided in (motion, motion.mirrored):
             for fps in FPS:
-                track, build, gait = followed(sided, fps, rng)
+                exact, build, gait = shown_at(sided, fps, rng)
+                track = in_error(exact, fps, rng)
                 truth = contacts(gait, build)
                 for side in SIDES:
-                    way = Way.of(track, side)
-                    way = way if toes else Way(way.places[:, :2], way.covs[:, :2, :2])
+                    way, true = (_way(of, side, toes) for of in (track, exact))
                     turns = way.turns(fps)
                     apart = np.concatenate([np.diff(at) for at in turns.values()])
                     if not len(apart):
@@ -120,20 +123,22 @@ def cases(
                             late = [(fps * (at - track.times[t]) / period, clear) for at, clear in moments]
                             nearest, clear = min(late, key=lambda one: abs(one[0]), default=(np.inf, False))
                             if sampled is not None and clear and abs(nearest) < NEAR:
-                                x = (sampled[1] @ way.places[sampled[0]]).T
-                                yield kind, Case(subject, motion.name, licence, float(nearest), x)
+                                x = [(sampled[1] @ one.places[sampled[0]]).T for one in (way, true)]
+                                yield kind, Case(subject, motion.name, licence, float(nearest), *x)
 
 
-def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Track, Build, Gait]:
-    """A capture as if it had been followed, the lengths of its figure, and its gait at RATE from second 0."""
+def _way(track: Track, side: Side, toes: bool) -> Way:
+    way = Way.of(track, side)
+    return way if toes else Way(way.places[:, :2], way.covs[:, :2, :2])
+
+
+def shown_at(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Track, Build, Gait]:
+    """A capture as a track without error, the lengths of its figure, and its gait at RATE from second 0."""
     build = random_build(rng)
     dense = gait_of(motion, build, np.arange(int(motion.seconds * RATE)) / RATE)
     times = np.arange(rng.uniform(0.0, 0.5 / fps), motion.seconds - 1.0 / RATE, 1.0 / fps)
     figure = figure_of(build)
     q = poses(figure, build, gait_of(motion, build, times))
-    shape = len(q), len(ANGLES)
-    slow = gaussian_filter1d(rng.standard_normal(shape), TOGETHER * fps, axis=0, mode="reflect")
-    q[:, ANGLES] += np.radians(NOISE * slow / slow.std() + GRAIN * rng.standard_normal(shape))
     track = Track(
         figure=figure,
         view=View((0.0, 0.0), 100.0, 1),
@@ -150,6 +155,14 @@ def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Trac
         mark=0.0,
     )
     return track, build, dense
+
+
+def in_error(track: Track, fps: float, rng: np.random.Generator) -> Track:
+    """The track with errors of its angles as tracks have them."""
+    q, shape = track.q.copy(), (len(track), len(ANGLES))
+    slow = gaussian_filter1d(rng.standard_normal(shape), TOGETHER * fps, axis=0, mode="reflect")
+    q[:, ANGLES] += np.radians(NOISE * slow / slow.std() + GRAIN * rng.standard_normal(shape))
+    return replace(track, q=q)
 
 
 def figure_of(build: Build) -> Figure:
@@ -177,7 +190,7 @@ def _weights(cases: Sequence[Case], taught: Sequence[Case]) -> Weights:
     for subject in sorted(set(who)):
         base, weights = _fit([case for case in taught if case.subject != subject])
         for i in np.flatnonzero(who == subject):
-            left[i] = cases[i].late - base - (weights * cases[i].x).sum()
+            left[i] = cases[i].late - base - (weights * cases[i].true).sum()
     shown = np.array([case.capture for case in cases])
     mean = {capture: left[shown == capture].mean() for capture in set(shown)}
     shared = np.array([mean[capture] for capture in shown])

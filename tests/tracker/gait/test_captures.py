@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinematics.mocap import read_trials
-from tests.benchmarks.gait.learn import captures, followed
+from tests.benchmarks.gait.learn import captures, in_error, shown_at
 from tests.benchmarks.gait.truth import contacts
 from tracker.gait.figures import runs
 from tracker.gait.strides import strides_of
@@ -23,7 +23,8 @@ def shown(data_dir):
 def test_moments_and_stances_of_captured_people_are_where_their_feet_say(shown, label, least, rng):
     late, stances, right = {"strike": [], "off": []}, [], []
     for motion in (motion for motion in shown if motion.label == label):
-        track, build, gait = followed(motion, FPS, rng)
+        exact, build, gait = shown_at(motion, FPS, rng)
+        track = in_error(exact, FPS, rng)
         truth = contacts(gait, build)
         right.append(runs(track) == (label == "run"))
         for side, strides in strides_of(track, label == "run").items():

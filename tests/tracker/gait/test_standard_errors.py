@@ -105,7 +105,7 @@ def test_errors_of_both_legs_and_of_their_symmetry_come_from_the_legs_own():
 def test_two_errors_cover_the_truth_as_often_as_they_should_and_are_no_larger_than_they_were(rng):
     """Forty walks under the very noise that their covariance speaks of."""
     sigma, trials = 0.004, 40
-    truth = {"stride time": (PERIOD, 0.0055), "step time": (PERIOD / 2.0, 0.0055)}
+    truth = {"stride time": (PERIOD, 0.0035), "step time": (PERIOD / 2.0, 0.0035)}
     truth["stance share"] = 100.0 * DUTY, 1.25
     inside = dict.fromkeys(truth, 0)
     for _ in range(trials):
