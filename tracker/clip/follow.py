@@ -10,6 +10,7 @@ import numpy as np
 from dynamics.belief import Belief
 from dynamics.gaussian import Array
 from tracker.clip.again import Kept
+from tracker.clip.agreement import agreed
 from tracker.clip.clock import Clock
 from tracker.clip.job import Job
 from tracker.clip.measure import Judged
@@ -21,12 +22,10 @@ from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
 from tracker.loop.begin import begin
 from tracker.loop.both_ways import Passage, prolong
-from tracker.loop.detections import Detector
 from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome, in_time
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
 from tracker.loop.trail import Trail
-from tracker.often import crowded
 from tracker.progress import Progress
 from tracker.run.track import FREE, Track
 from tracker.settings import Settings
@@ -86,7 +85,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
             job, plan = named, prepare(named)
         plan = outlined(plan, seen)
     span = _in_shot(plan, (job.first, job.stop) if kept is None else kept.span)
-    track = _track(plan, span[0], *_followed(plan, span, clock, progress))
+    track = agreed(plan, _track(plan, span[0], *_followed(plan, span, clock, progress)))
     if kept is not None:
         track = kept.joined(track)
     rate = job.rate or playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
@@ -201,7 +200,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         first=first,
         times=np.array(times[first : first + len(trail)]) - times[0],
         q=trail.column("mean"),
-        cov=_covs(plan, first, trail),
+        cov=trail.column("cov"),
         s=trail.column("s"),
         motions=(),  # found from the whole track, see `motions_of`
         outcome=tuple(trail.outcome),
@@ -209,20 +208,6 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         mark=plan.tracker.settings.mark,
         misnamed=plan.seen.misnamed,
     )
-
-
-def _covs(plan: Plan, first: int, trail: Trail) -> Array:
-    """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere, but not
-    in corrected frames, through whose marks the track passes."""
-    covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
-    anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
-    outline = {} if plan.measured else plan.seen.points
-    for t, (q, moved) in enumerate(zip(trail.column("mean"), trail.column("moved"), strict=True)):
-        found = None if first + t in anchors else outline.get(first + t)
-        if found is not None:
-            here, doubt = view.moved(moved), found.doubt / crowd
-            covs[t] += Detector(plan.start.figure, here, plan.tracker.settings, doubt).elsewhere(found, q)
-    return covs
 
 
 def motions_of(plan: Plan, track: Track, rate: float) -> tuple[str, ...]:
