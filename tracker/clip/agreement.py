@@ -19,18 +19,20 @@ from tracker.run.track import Track, blocks
 
 MARKED, FOUND = 7 / 3, 1.0  # variance of the outline's constant error over that of a marked or found start
 FEWEST = 10  # frames in which a joint must be seen
+KNEES = {f"knee_{side}" for side in SIDES}
 RIDGE = 0.01  # prior variance of the error of a joint over that of a freedom, leg lengths and radians
 
 
 def agreed(plan: Plan, track: Track) -> Track:
     """The smoothed track less its share of the constant difference from the outline, and with covariances
-    enlarged where the two differ; the same track where no outline was seen."""
+    enlarged, in place, where the two differ; the same track where no outline was seen."""
     outline = {} if plan.measured else plan.seen.points
     if plan.job.smooth:
         number, found = len(plan.job.passed(plan.frame)), plan.job.found is not None
         share = 1.0 / (1.0 + MARKED * (number - found) + FOUND * found)
         track = replace(track, q=track.q + share * constant_difference(track, outline))
-    return replace(track, cov=_enlarged(plan, track, outline))
+    _enlarge(plan, track, outline)
+    return track
 
 
 def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Array:
@@ -47,7 +49,7 @@ def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Arra
     J = np.zeros((len(often), 2, track.q.shape[1]))
     for some in blocks(len(track)):
         J += np.einsum("tj,tjad->jad", known[some], joint_jacobian(track.figure, track.q[some]))
-    J[..., [track.figure.index(f"knee_{side}") for side in SIDES]] = 0.0
+    J[..., [name in KNEES for name in track.figure.freedoms]] = 0.0
     J = (J[often] / known.sum(0)[often, None, None]).reshape(-1, J.shape[-1])
     middle = np.nanmedian(apart[:, often], axis=0).ravel()
     return np.linalg.solve(transpose(J) @ J + RIDGE * np.eye(J.shape[1]), transpose(J) @ middle)
@@ -55,23 +57,22 @@ def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Arra
 
 def _apart(track: Track, outline: Mapping[int, Detections]) -> Array:
     """(T, J, 2) outline's joints less the track's, leg lengths; NaN where one of them is not seen."""
-    places = joints(track.figure, track.q)
-    seen = np.full(places.shape, np.nan)
+    apart = np.full((len(track), len(track.figure.joints), 2), np.nan)
     for t in np.flatnonzero(track.measured).tolist():
         found = outline.get(track.first + t)
         if found is not None:
-            seen[t, found.joint] = track.view_at(t).to_body(found.pixels)
-    return seen - places
+            apart[t, found.joint] = track.view_at(t).to_body(found.pixels)
+    for some in blocks(len(track)):
+        apart[some] -= joints(track.figure, track.q[some])
+    return apart
 
 
-def _enlarged(plan: Plan, track: Track, outline: Mapping[int, Detections]) -> Array:
-    """(T, D, D) covariances, enlarged where the outline shows the figure elsewhere, but not in corrected
-    frames, through whose marks the track passes."""
-    covs, crowd = track.cov.copy(), crowded(plan.video.fps)
-    anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
+def _enlarge(plan: Plan, track: Track, outline: Mapping[int, Detections]) -> None:
+    """Enlarge covariances where the outline shows the figure elsewhere, but not in corrected frames, through
+    whose marks the track passes."""
+    crowd, anchors = crowded(plan.video.fps), plan.job.passed(plan.frame).keys() - {plan.frame}
     for t, q in enumerate(track.q):
         found = None if track.first + t in anchors else outline.get(track.first + t)
         if found is not None:
             detector = Detector(track.figure, track.view_at(t), plan.tracker.settings, found.doubt / crowd)
-            covs[t] += detector.elsewhere(found, q)
-    return covs
+            track.cov[t] += detector.elsewhere(found, q)
