@@ -10,7 +10,7 @@ import pytest
 
 from dynamics.slds import SLDS
 from dynamics.store import load
-from tests.tracker.clips import figtrack
+from tests.tracker.clips import succeeds
 
 pytestmark = pytest.mark.claims
 
@@ -27,8 +27,7 @@ ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
 def test_make_models_gives_the_model_that_ships(name, data_dir, tmp_path):
     settings, *more = LEARNED[name]
     words = ["--trials", data_dir / "mocap" / "trials.csv", "--settings", MODELS / settings, "--fps", FPS]
-    result = figtrack("learn", *words, *more, "--out", tmp_path / "m.npz", "--quiet")
-    assert result.exit_code == 0, result.output
+    succeeds("learn", *words, *more, "--out", tmp_path / "m.npz", "--quiet")
     made, ships = load(tmp_path / "m.npz"), load(MODELS / f"{name}@{FPS}.npz")
     assert isinstance(made, SLDS)
     assert isinstance(ships, SLDS)

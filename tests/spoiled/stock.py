@@ -4,10 +4,8 @@ import shlex
 import shutil
 from importlib import resources
 
-import cv2
-
 from tests.tracker import people
-from tests.tracker.clips import figtrack, write_table, write_video
+from tests.tracker.clips import figtrack, write_images, write_table, write_video
 from tests.tracker.gaits import gait_model, saved
 from tests.tracker.models.captures import write_trials
 from tests.tracker.people import WALKER
@@ -63,9 +61,7 @@ def words(command):
 def fill(folder, clip):
     """Everything that the commands read, and results of before wherever they write."""
     write_video(folder / "walk.mp4", clip.images[:FRAMES])
-    (folder / "images").mkdir()
-    for t, image in enumerate(clip.images[:FRAMES]):
-        cv2.imwrite(str(folder / "images" / f"{t}.png"), image[..., ::-1])
+    write_images(folder / "images", clip.images[:FRAMES])
     write_table(folder / "marks.csv", clip.rows([0]))
     write_table(folder / "truth.csv", clip.rows(range(FRAMES)))
     for name in ("jobs.csv", "one.csv"):

@@ -49,8 +49,7 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
     ],
 )
 def test_numbers_that_are_left_out_or_given_twice_are_said(names, said, tmp_path):
-    for name in names:
-        cv2.imwrite(str(tmp_path / name), picture(0))
+    write_images(tmp_path, names)
     gaps = Video(tmp_path).gaps
     assert gaps is None if said is None else said in gaps
 

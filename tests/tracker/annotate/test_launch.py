@@ -13,7 +13,7 @@ import pytest
 from tests.tracker import people
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
-from tests.tracker.clips import figtrack
+from tests.tracker.clips import refused
 from tests.tracker.people import WALKER
 from tracker.annotate import loopback as module
 from tracker.tables.keypoints import Mark, read_keypoints
@@ -98,15 +98,8 @@ def test_the_browsers_command_line_does_not_tell_the_key(monkeypatch):
     assert not door.parent.exists()
 
 
-def annotate(video, out, *more):
-    """The one line of a command that could not be done."""
-    result = figtrack("annotate", video, "--out", out, "--no-browser", *more)
-    assert (result.exit_code, result.stdout) == (1, "")
-    (line,) = result.stderr.splitlines()
-    return line
-
-
 def test_a_port_that_is_taken_is_said_in_one_line(clip, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
-        line = annotate(clip.video, tmp_path / "k.csv", "--port", other.getsockname()[1])
+        port = other.getsockname()[1]
+        line = refused("annotate", clip.video, "--out", tmp_path / "k.csv", "--no-browser", "--port", port)
     assert "choose another --port" in line

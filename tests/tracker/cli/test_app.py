@@ -97,6 +97,7 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monk
         ("track walk.mp4 --height 1.7 --scale 80", "give either height or scale, not both"),
         ("track walk.mp4 --from 9 --stop 2", "from 9 comes after stop 2; choose a later stop"),
         ("track walk.mp4 --start 2", "start and anchors are of marked frames; give keypoints"),
+        ("track walk.mp4 --anchors", "start and anchors are of marked frames; give keypoints"),
         ("compare walk.mp4", "give marks to compare with: --keypoints or --truth"),
         ("learn", "give either --trials TABLE or pose tables"),
         ("learn poses.csv --trials t.csv", "one of the two"),

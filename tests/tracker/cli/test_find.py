@@ -1,6 +1,5 @@
 """figtrack find, and commands that start without a mark."""
 
-import cv2
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ from tests.tracker.clips import (
     read_json,
     refused,
     succeeds,
+    write_images,
     write_table,
     write_video,
 )
@@ -107,8 +107,7 @@ def test_a_nearer_leg_that_is_given_is_the_one_that_is_followed_as_near(seen, vi
     one = a_walk().person(named=0.5)
     seen(one)
     words = ("--near", nearer(one).other, "--model", "cv", "--stop", STOP, "--quiet")
-    result = figtrack("track", video, *words)
-    assert result.exit_code == 0
+    result = succeeds("track", video, *words)
     assert result.stderr.startswith("warning: the leg that is called far looks like the nearer one")
     assert result.stderr.endswith(f"give --near {nearer(one)}\n")
     assert read_json(tmp_path / "walk-track" / "run.json")["start"]["near_leg"] == "given"
@@ -150,12 +149,10 @@ def test_a_model_or_settings_that_cannot_be_are_told_before_anybody_is_looked_fo
 
 
 def test_an_image_of_the_film_is_no_place_for_the_picture(tmp_path, unseen):
-    (tmp_path / "images").mkdir()
-    for t in range(3):
-        cv2.imwrite(str(tmp_path / "images" / f"img00{t}.png"), np.full((40, 60, 3), 99, np.uint8))
+    write_images(tmp_path / "images", [np.full((40, 60, 3), 99, np.uint8)] * 3)
     before = everything(tmp_path)
-    said = refused("find", tmp_path / "images", "--out", tmp_path / "images" / "img001.csv", "--overwrite")
-    assert "img001.png is what the work reads" in said
+    said = refused("find", tmp_path / "images", "--out", tmp_path / "images" / "1.csv", "--overwrite")
+    assert "1.png is what the work reads" in said
     assert everything(tmp_path) == before
 
 

@@ -104,12 +104,6 @@ def test_a_film_that_was_altered_is_said(ran, moved, tmp_path):
         read_finished(changed(moved, film={"path": str(film), "bytes": film.stat().st_size - 4}))
 
 
-def test_without_the_marks_that_it_passes_through_there_is_nothing_to_go_on_from(moved):
-    (moved / "start.keypoints.csv").unlink()
-    with pytest.raises(RunError, match="does not say how it was made"):
-        read_finished(moved)
-
-
 def kept(before, now, rng):
     """Of frames that are marked HERE, and what corrections make of them; None takes marks away."""
     marks = dict.fromkeys((START, *before), HERE)

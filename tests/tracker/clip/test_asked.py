@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.tracker import people
-from tests.tracker.clips import figtrack, write_table
+from tests.tracker.clips import succeeds, write_table
 from tracker.batch.jobs import read_jobs
 from tracker.clip.asked import asked, suggestion_path
 from tracker.clip.job import Following, OptionsError, bare_name
@@ -65,8 +65,7 @@ def test_start_stop_and_facing_say_what_is_taken(clip, net):
 def test_track_and_a_table_of_clips_follow_from_another_programs_file(clip, net, tmp_path):
     out = tmp_path / "out"
     words = ("track", clip.video, "--keypoints", net, "--start", 1, "--stop", 2, "--model", "cv")
-    result = figtrack(*words, "--no-smooth", "--out", out)
-    assert result.exit_code == 0, result.stderr
+    result = succeeds(*words, "--no-smooth", "--out", out)
     assert "took 9 joints from net.csv (DeepLabCut, frame 1)" in result.stderr
     assert json.loads((out / "run.json").read_text())["start"] == {
         "frame": 1,

@@ -319,11 +319,6 @@ def test_a_start_pose_that_cannot_be_right_is_refused_with_the_frame_and_the_rea
         prepare(replace(job, marks={4: wrong}))
 
 
-def test_a_figure_taken_to_face_the_wrong_way_is_told_of_facing(job):
-    with pytest.raises(StartError, match=r"frame 0: .* more than a body can.*; or give --facing right"):
-        prepare(replace(job, facing=-1))
-
-
 @pytest.mark.parametrize(("asked", "want"), [(0.03, FOUND), (0.08, 0.08)])
 def test_joints_that_nobody_marked_are_less_sure_than_marked_ones(job, asked, want):
     settings = Settings(mark=asked)

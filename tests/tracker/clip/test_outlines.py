@@ -22,7 +22,6 @@ from tracker.clip.staged import FEWEST
 from tracker.loop.detections import Detector
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.run.track import FREE
-from tracker.settings import Settings
 from tracker.tables.keypoints import Mark
 
 WIDTH = 160  # of the film: at its end the walker is partly out of sight
@@ -314,8 +313,3 @@ def test_a_film_looked_at_before_is_followed_as_one_that_is_looked_at_now(job):
     short = replace(job, stop=MIDDLE + 3)
     before = follow(short, QUIET, seen=look(prepare(replace(short, model=CONSTANT_VELOCITY)), QUIET))
     assert_array_equal(before.track.q, follow(short, QUIET).track.q)
-
-
-def test_an_outline_is_wanted_unless_told_otherwise():
-    settings = Settings()
-    assert (settings.outline, settings.templates, settings.mode) == (True, True, "full")

@@ -52,13 +52,6 @@ def test_marks_win_and_nobody_is_looked_for(seen, video, walk, tmp_path):
             asked(Following(**options), video.path, tmp_path / "k.csv", None, QUIET)
 
 
-@pytest.mark.parametrize("options", [{"start": 3}, {"anchors": True}])
-def test_marked_frames_are_not_asked_for_where_nothing_is_marked(options, seen, video):
-    with pytest.raises(ValueError, match="start and anchors are of marked frames"):
-        asked(Following(**options), video.path, None, None, QUIET)
-    assert seen == []
-
-
 def test_in_python_a_film_alone_is_followed_and_doubts_are_warnings(monkeypatch, video, walk):
     monkeypatch.setattr(found_module, "people", lambda *_: [walk.person(named=0.5)])
     other = nearer(walk.person()).other

@@ -58,12 +58,6 @@ def test_of_somebody_who_faces_left_the_left_leg_is_near(tmp_path, program):
     assert "faces left, so the left leg is near" in taken.told
 
 
-def test_a_facing_that_is_given_decides_which_leg_is_near(tmp_path):
-    path = people.openpose(tmp_path / "a.json", [WALKER])
-    taken = read_start(path, facing=-1)
-    assert points(taken.marks)["near_knee"] == WALKER["left_knee"]
-
-
 def test_without_toes_the_nose_tells_the_facing_even_of_straight_legs(tmp_path):
     straight = WALKER | {
         f"{s}_{p}": (100.0, y) for s in ("left", "right") for p, y in (("knee", 175.0), ("ankle", 218.0))
