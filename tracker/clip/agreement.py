@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dynamics.gaussian import Array, transpose
+from dynamics.gaussian import Array
 from kinematics.sides import SIDES
 from kinematics.spm import joint_jacobian, joints
 from tracker.clip.plan import Plan
@@ -52,7 +52,7 @@ def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Arra
     J[..., [name in KNEES for name in track.figure.freedoms]] = 0.0
     J = (J[often] / known.sum(0)[often, None, None]).reshape(-1, J.shape[-1])
     middle = np.nanmedian(apart[:, often], axis=0).ravel()
-    return np.linalg.solve(transpose(J) @ J + RIDGE * np.eye(J.shape[1]), transpose(J) @ middle)
+    return np.linalg.solve(J.T @ J + RIDGE * np.eye(J.shape[1]), J.T @ middle)
 
 
 def _apart(track: Track, outline: Mapping[int, Detections]) -> Array:

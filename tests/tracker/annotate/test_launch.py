@@ -13,7 +13,7 @@ import pytest
 from tests.tracker import people
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
-from tests.tracker.clips import refused
+from tests.tracker.clips import figtrack
 from tests.tracker.people import WALKER
 from tracker.annotate import loopback as module
 from tracker.tables.keypoints import Mark, read_keypoints
@@ -101,5 +101,7 @@ def test_the_browsers_command_line_does_not_tell_the_key(monkeypatch):
 def test_a_port_that_is_taken_is_said_in_one_line(clip, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        line = refused("annotate", clip.video, "--out", tmp_path / "k.csv", "--no-browser", "--port", port)
+        result = figtrack("annotate", clip.video, "--out", tmp_path / "k.csv", "--no-browser", "--port", port)
+    assert (result.exit_code, result.stdout) == (1, "")
+    (line,) = result.stderr.splitlines()
     assert "choose another --port" in line

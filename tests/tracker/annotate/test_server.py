@@ -109,6 +109,10 @@ def test_a_save_that_cannot_be_done_says_why_and_the_session_goes_on(client, tab
     status, reply = client.post("save", {"frames": {}, "close": True})
     assert (status, table.exists()) == (409, False)
     assert "no joint is marked" in reply["error"]
+    table.write_text("frame,keypoint,x,y\n0,hip,1,1\n")
+    status, reply = client.post("save", {"frames": {"0": told(GOOD)}})
+    assert status == 409
+    assert "another program" in reply["error"]
     assert client.thread.is_alive()
 
 

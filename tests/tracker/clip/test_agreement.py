@@ -29,18 +29,17 @@ def track():
 def outline_of(track, by=0.0, frames=None):
     """The joints of the track, its pose changed by so much, as an outline of some of its frames."""
     places = replace(track, q=track.q + by).joints()
-    every = np.arange(len(WALKER.joints))
-    return {t: Detections(every, places[t]) for t in (range(len(track)) if frames is None else frames)}
+    return {t: Detections(np.arange(len(WALKER.joints)), places[t]) for t in frames or range(len(track))}
 
 
 def change(**by):
     return np.array([by.get(name, 0.0) for name in WALKER.freedoms])
 
 
-def plan_of(track, outline, *, smooth=True, found=None, marked=1, measured=None):
-    job = SimpleNamespace(smooth=smooth, found=found, passed=lambda start: dict.fromkeys(range(marked)))
+def plan_of(outline, *, smooth=True, found=None, marked=1, measured=None):
+    passed = dict.fromkeys(range(marked))
     return SimpleNamespace(
-        job=job,
+        job=SimpleNamespace(smooth=smooth, found=found, passed=lambda start: passed),
         frame=0,
         measured=measured,
         seen=SimpleNamespace(points=outline),
@@ -51,9 +50,8 @@ def plan_of(track, outline, *, smooth=True, found=None, marked=1, measured=None)
 
 def test_a_constant_difference_of_all_but_the_knees_is_found(track):
     by = change(**OFF)
-    found = constant_difference(track, outline_of(track, by))
-    apart = replace(track, q=track.q + by).joints() - track.joints()
-    left = replace(track, q=track.q + by).joints() - replace(track, q=track.q + found).joints()
+    found, truth = constant_difference(track, outline_of(track, by)), replace(track, q=track.q + by).joints()
+    apart, left = truth - track.joints(), truth - replace(track, q=track.q + found).joints()
     assert np.linalg.norm(left, axis=-1).mean() < 0.15 * np.linalg.norm(apart, axis=-1).mean()
     assert_allclose(found[:3], by[:3], atol=0.01)
     bent = constant_difference(track, outline_of(track, change(knee_near=-0.1, knee_far=-0.1)))
@@ -61,14 +59,12 @@ def test_a_constant_difference_of_all_but_the_knees_is_found(track):
 
 
 def test_single_frames_elsewhere_and_those_in_which_nothing_was_measured_do_not_count(track):
-    by = change(**OFF)
-    outline = outline_of(track, by)
+    outline = outline_of(track, change(**OFF))
     alone = constant_difference(track, outline)
     away = outline_of(track, change(root_x=2.0), range(0, len(track), 5))
     assert_allclose(constant_difference(track, outline | away)[:8], alone[:8], atol=0.005)
     lost = replace(track, outcome=tuple("lost" if t in away else "ok" for t in range(len(track))))
-    unlike = constant_difference(lost, outline | away)
-    assert_array_equal(unlike, constant_difference(lost, outline))
+    assert_array_equal(constant_difference(lost, outline | away), constant_difference(lost, outline))
 
 
 def test_a_few_frames_tell_nothing(track):
@@ -92,5 +88,5 @@ def test_a_few_frames_tell_nothing(track):
 )
 def test_the_more_frames_are_marked_the_less_the_track_is_moved(track, given, share):
     outline = outline_of(track, change(**OFF))
-    moved = agreed(plan_of(track, outline, **given), track).q - track.q
+    moved = agreed(plan_of(outline, **given), track).q - track.q
     assert_allclose(moved, np.tile(share * constant_difference(track, outline), (len(track), 1)), atol=1e-12)
