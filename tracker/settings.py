@@ -4,9 +4,9 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from kinematics.text_file import read_text, why
@@ -58,8 +58,6 @@ class Settings(BaseModel):
         20.0, gt=0, le=255, description="largest brightness offset of a link from the common one, grey levels"
     )
     robust: float = Field(2.5, gt=0, le=1000, description="Cauchy scale, multiples of the noise")
-    out_of_sight: Chance = Field(0.3, description="mean match up to which a link is out of sight")
-    in_sight: Part = Field(0.6, description="mean match from which a link is in full sight")
     backdrop: bool = Field(True, description="whether the background behind the figure counts in hypotheses")
     covered: Chance = Field(
         0.05, description="prior odds that something that looks like the background covers the figure"
@@ -114,13 +112,6 @@ class Settings(BaseModel):
         0.06, gt=0, le=10, description="constant velocity: change of the root's speed a frame, leg lengths"
     )
 
-    @model_validator(mode="after")
-    def _check_sight(self) -> Self:
-        low, high = self.out_of_sight, self.in_sight
-        if low >= high:
-            raise ValueError(f"out_of_sight must be below in_sight; got {low} and {high}")
-        return self
-
 
 def settings_toml() -> str:
     """A TOML file with every setting at its default, and with its meaning and range."""
@@ -145,28 +136,14 @@ def read_toml(path: Path, kind: type[Model], advice: str) -> Model:
     range, all named at once.
     """
     try:
-        table = tomllib.loads(read_text(path))
-        flags = [name for name, value in table.items() if _is_flag(value) and not _takes_flag(kind, name)]
-        if flags:  # true and false would be taken for 1 and 0
-            raise SettingsError(f"{path}: {', '.join(flags)} cannot be true or false; give numbers")
-        return kind.model_validate(table)
-    except SettingsError:
-        raise
+        table = json.dumps(tomllib.loads(read_text(path)), default=str)
+        return kind.model_validate_json(table, strict=True)  # true is no number
     except FileNotFoundError as error:
         raise SettingsError(f"no settings file {path}; check its name") from error
     except ValidationError as error:
         raise SettingsError(f"{path}: {'; '.join(map(_fault, error.errors()))}") from error
     except (OSError, ValueError, RecursionError) as error:  # the parser has several ways to fail
         raise SettingsError(f"{path} is no TOML file ({why(error)}); {advice}") from error
-
-
-def _is_flag(value: object) -> bool:
-    return any(map(_is_flag, value)) if isinstance(value, list) else isinstance(value, bool)
-
-
-def _takes_flag(kind: type[BaseModel], name: str) -> bool:
-    field = kind.model_fields.get(name)
-    return field is None or field.annotation is bool
 
 
 def _range(schema: Mapping[str, Any]) -> str:
@@ -184,8 +161,6 @@ def _range(schema: Mapping[str, Any]) -> str:
 
 def _fault(details: ErrorDetails) -> str:
     name = ".".join(map(str, details["loc"]))
-    if details["type"] == "value_error":  # of several settings together
-        return str(details["ctx"]["error"])
     if details["type"] == "extra_forbidden":
         return f"{name}: no such setting; check its spelling"
     return f"{name}: {details['msg'].lower()}, got {details['input']!r}"

@@ -15,7 +15,7 @@ from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress, tally
-from tracker.report.overview import is_overview, write_overview
+from tracker.report.overview import MADE, write_overview
 from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 from tracker.run.read import RunError, read_gait, read_news, read_run
@@ -82,8 +82,8 @@ def run_batch(
     """
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"
-    for path, ours in ((summary, _is_summary), (overview, is_overview)):
-        if path.exists() and not ours(path):
+    for path, mark in ((summary, ",".join(SUMMARY)), (overview, MADE)):
+        if path.exists() and not (path.is_file() and mark.encode() in path.read_bytes()[:1000]):
             raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
     # The summary's place is checked first, so that a long batch is not lost if it cannot be written.
     with fresh_file(summary, overwrite=True, inputs=[table]) as aside:
@@ -223,9 +223,3 @@ def _files(path: Path) -> Iterable[Path]:
     if path.is_dir():
         return sorted(inner for inner in path.iterdir() if inner.is_file())
     return [path] if path.exists() else []
-
-
-def _is_summary(path: Path) -> bool:
-    with suppress(OSError), path.open("rb") as file:
-        return file.readline().startswith(",".join(SUMMARY).encode())
-    return False

@@ -15,15 +15,6 @@ COCO_17 = (
 OCCLUDED, LABELLED = 1, 2  # visibility flags of a data set; 0 means no point
 
 
-def is_coco(content: Any) -> bool:
-    """Whether parsed JSON has one of the two layouts."""
-    if isinstance(content, Mapping):
-        return "annotations" in content
-    return isinstance(content, list) and any(
-        "keypoints" in one for one in content if isinstance(one, Mapping)
-    )
-
-
 def read_people(path: Path) -> People:
     """All people in the file, by frame; ForeignError: another kind of file, or a malformed annotation.
 

@@ -15,6 +15,12 @@ from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError, load_json, opened
 
 JSON = ("{", "[")  # first characters of JSON
+# Programs and readers by a key of the file's object.
+OF_OBJECT = {
+    "people": ("OpenPose", openpose.read_people),
+    "shapes": ("labelme", labelme.read_people),
+    "annotations": ("COCO", coco.read_people),
+}
 LONGEST = 1_000_000  # largest number of frames in an undamaged file
 
 
@@ -85,13 +91,12 @@ def _format(path: Path) -> tuple[str, Callable[[Path], People]]:
         return "DeepLabCut", dlc.read_people
     if trc.is_trc(head):
         return "TRC", trc.read_people
-    content: Any = load_json(path) if head.startswith(JSON) else None
-    if openpose.is_openpose(content):
-        return "OpenPose", openpose.read_people
-    if labelme.is_labelme(content):
-        return "labelme", labelme.read_people
-    if coco.is_coco(content):
+    content: Any = load_json(path) if head.startswith(JSON) else ()
+    if isinstance(content, list):  # a detector's results
         return "COCO", coco.read_people
+    for key, found in OF_OBJECT.items():
+        if key in content:
+            return found
     raise ForeignError(
         f"{path} is none of the files that marks are taken from: a DeepLabCut CSV, a TRC in pixels, "
         "OpenPose JSON, COCO keypoints JSON or labelme JSON; export it as one of them"

@@ -3,7 +3,6 @@
 labelme's origin is the picture's top-left corner: the centre of the top-left pixel is (0.5, 0.5) there.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +11,6 @@ from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 CORNER = 0.5
 HIDDEN_FLAGS = ("hidden", "occluded")
-
-
-def is_labelme(content: Any) -> bool:
-    """Whether parsed JSON has this layout."""
-    return isinstance(content, Mapping) and isinstance(content.get("shapes"), list)
 
 
 def read_people(path: Path) -> People:

@@ -2,9 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -40,11 +38,6 @@ def write_openpose(points: Points, folder: Path, prefix: str) -> None:
 def holds_frames(folder: Path) -> bool:
     """Whether the folder holds files of frames and nothing else."""
     return folder.is_dir() and all(FILE.fullmatch(path.name) for path in folder.iterdir())
-
-
-def is_openpose(content: Any) -> bool:
-    """Whether parsed JSON has this layout."""
-    return isinstance(content, Mapping) and isinstance(content.get("people"), list)
 
 
 def read_people(path: Path) -> People:

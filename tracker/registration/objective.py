@@ -36,6 +36,7 @@ from tracker.registration.records import Laid, Laying, Noise, Picture, Points, W
 from tracker.registration.templates import hiding
 
 FEWEST = 6  # least number of a link's points from which a brightness offset is computed
+IN_SIGHT, OUT_OF_SIGHT = 0.6, 0.3  # mean matches from which a link is in full, up to which out of sight
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,8 @@ class Objective:
             variance=settings.noise**2,
             light=settings.light,
             scale=mode.robust,
-            out_of_sight=-0.5 * mode.robust * np.log(max(settings.out_of_sight, 1e-9)),
-            in_sight=-0.5 * mode.robust * np.log(settings.in_sight),
+            out_of_sight=-0.5 * mode.robust * np.log(OUT_OF_SIGHT),
+            in_sight=-0.5 * mode.robust * np.log(IN_SIGHT),
             fewest=FEWEST,
             layered=mode.layered,
             margin=hiding(field.levels[number], field.view, settings),

@@ -2,10 +2,9 @@
 
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
-from itertools import chain
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -14,7 +13,6 @@ import numpy as np
 from jinja2 import Environment, FunctionLoader
 from markupsafe import Markup
 
-ROWS = 1000  # rows of an array that are converted to lists at a time
 COMMON = "report/common"  # style and script of all pages
 STYLES = ("report/style.css",)  # further style of pages that are files
 # Content policy of pages that are files: only embedded content and the film beside it.
@@ -44,7 +42,8 @@ class Document:
             page=self.page,
             style=_joined(f"{COMMON}.css", *self.styles),
             scripts=_joined(f"{COMMON}.js", *self.scripts),
-            data=_script(data),
+            # "</script>" in a file's name would end the element; JSON allows "<" to be escaped.
+            data=Markup(as_json(data).replace("<", "\\u003c")),
             nonce=nonce,
             **shown,
         )
@@ -62,43 +61,9 @@ def linked_from(folder: Path, path: Path) -> str:
     return quote(os.fsencode(Path(os.path.relpath(path, folder)).as_posix()))
 
 
-def written(data: object) -> Iterator[str]:
-    """Data as JSON, in pieces: lists take ten times an array's memory, so long arrays are converted by parts.
-
-    Raises:
-        ValueError: a number is not finite.
-        TypeError: JSON has no such type.
-    """
-    if isinstance(data, dict):
-        parts: Iterator[Iterator[str]] = (
-            chain([f"{_dumped(str(key))}:"], written(data[key])) for key in data
-        )
-        yield from _between("{}", parts)
-    elif isinstance(data, list | tuple):
-        yield from _between("[]", map(written, data))
-    elif isinstance(data, np.ndarray) and len(data):
-        rows = (data[first : first + ROWS].tolist() for first in range(0, len(data), ROWS))
-        yield from _between("[]", (iter([_dumped(some)[1:-1]]) for some in rows))
-    else:
-        yield _dumped([] if isinstance(data, np.ndarray) else data)
-
-
-def _between(brackets: str, parts: Iterable[Iterator[str]]) -> Iterator[str]:
-    yield brackets[0]
-    for number, part in enumerate(parts):
-        if number:
-            yield ","
-        yield from part
-    yield brackets[1]
-
-
-def _dumped(value: object) -> str:
-    return json.dumps(value, separators=(",", ":"), allow_nan=False)
-
-
-def _script(data: object) -> Iterator[Markup]:
-    # "</script>" in a file's name would end the element; JSON allows "<" to be escaped.
-    return (Markup(piece.replace("<", "\\u003c")) for piece in written(data))
+def as_json(data: object) -> str:
+    """Data as JSON, arrays as lists. ValueError: a number is not finite; TypeError: JSON has no such type."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False, default=np.ndarray.tolist)
 
 
 def _joined(*names: str) -> Markup:

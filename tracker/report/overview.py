@@ -24,11 +24,6 @@ def write_overview(path: Path, place: Path, clips: Iterable[tuple[str, Path | No
     write_page(path, PAGE, {}, title=place.name, head=MADE, rows=rows)
 
 
-def is_overview(path: Path) -> bool:
-    """Whether a file is a page of a batch."""
-    return MADE in path.read_bytes()[:1000].decode("utf-8", errors="replace")
-
-
 def _row(video: str, run: Path | None, said: str, place: Path) -> dict[str, object]:
     """The content of a row; without a run that failed or was removed meanwhile."""
     row: dict[str, object] = {"video": video, "said": said}

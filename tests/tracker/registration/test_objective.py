@@ -16,7 +16,7 @@ from tracker.picture.pyramid import Level, sample
 from tracker.registration.align import align
 from tracker.registration.field import Field
 from tracker.registration.modes import mode_of
-from tracker.registration.objective import Objective
+from tracker.registration.objective import IN_SIGHT, OUT_OF_SIGHT, Objective
 from tracker.registration.templates import cut, hiding
 
 D = len(WALKER.freedoms)
@@ -105,8 +105,7 @@ class Twin:
         """What a link of this mean loss costs."""
         if not self.mode.layered:
             return loss
-        settings = self.field.settings
-        a, b = (-0.5 * self.mode.robust * np.log(m) for m in (settings.in_sight, settings.out_of_sight))
+        a, b = (-0.5 * self.mode.robust * np.log(m) for m in (IN_SIGHT, OUT_OF_SIGHT))
         x = np.clip(loss, a, b) - a
         return min(loss, a) + x - 0.5 * x**2 / (b - a)
 
