@@ -41,8 +41,8 @@ def learn_hmm(
 ) -> HMMFit:
     """Learn the states of one motion's poses, sequences (T, M), T >= 1; NaN entries were not measured.
 
-    Names, fps, label and weights are as for `em.learn`; of the options restarts, order and ridge do not
-    matter. ValueError: no sequences, ones of another shape, or a freedom that was never measured.
+    Names, fps, label and weights are as for `em.learn`; of the options order and ridge do not matter.
+    ValueError: no sequences, ones of another shape, or a freedom that was never measured.
     """
     check_sequences(ys, names, 1)
     w = np.ones(len(ys)) if weights is None else weights / weights.mean()

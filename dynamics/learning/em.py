@@ -1,12 +1,12 @@
 """Learning an SLDS from pose sequences by expectation-maximisation with any of the inferences.
 
-From every start E-steps (`infer`) and M-steps (`dynamics.learning.mstep`) alternate, and the start that
-reaches the highest value is kept. The value of a round is the weighted sum of the inference's log evidence
-plus the log prior. With an exact or variational E-step it never falls. With the best path or GPB2 it may, so
-the best round is kept; learning continues after one fall by less than the tolerance, and ends with another.
+E-steps (`infer`) and M-steps (`dynamics.learning.mstep`) alternate. The value of a round is the weighted sum
+of the inference's log evidence plus the log prior. With an exact or variational E-step it never falls. With
+the best path or GPB2 it may, so the best round is kept; learning continues after one fall by less than the
+tolerance, and ends with another.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,9 +25,9 @@ from dynamics.viterbi import viterbi_all
 
 @dataclass(frozen=True)
 class Fit:
-    """A learned system, from the best round of the best start.
+    """A learned system, from the best round.
 
-    values : log evidence (or bound, or path value) plus log prior at every round of that start
+    values : log evidence (or bound, or path value) plus log prior at every round
     """
 
     slds: SLDS
@@ -43,7 +43,7 @@ def learn(
     label: str,
     options: Options = DEFAULTS,
     weights: Array | None = None,
-    begin: Callable[[], Infer] = lambda: viterbi_all,
+    infer: Infer = viterbi_all,
 ) -> Fit:
     """Learn one motion's switching dynamics.
 
@@ -51,7 +51,7 @@ def learn(
         ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
         names: the M freedoms; `travelling` those that enter the dynamics by their change only.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
-        begin: makes an E-step for each start, called once a round, with the sequences always in one order.
+        infer: the E-step, called once a round, with the sequences always in one order.
 
     Raises:
         ValueError: no sequences, unusable ones, or too little data for maximum likelihood.
@@ -62,18 +62,16 @@ def learn(
     layout = Layout(tuple(names), tuple(travelling), options.order)
     prior = data_prior(ys, layout, options)
     blank = _blank(ys, layout, options, label, fps)
-    fits = []
-    for seed in np.random.SeedSequence(options.seed).spawn(options.restarts):
-        guess = first_guess(ys, options.states, layout, np.random.default_rng(seed))
-        try:
-            slds = _first_model(blank, ys, guess, prior, w)
-            fits.append(_climb(slds, ys, prior, w, options, begin()))
-        except np.linalg.LinAlgError as error:
-            raise ValueError(
-                f"a covariance of {options.states} states collapsed ({error}); "
-                "learn fewer states, from more data, or with a prior above 0"
-            ) from error
-    return max(fits, key=lambda fit: max(fit.values))
+    (seed,) = np.random.SeedSequence(options.seed).spawn(1)
+    guess = first_guess(ys, options.states, layout, np.random.default_rng(seed))
+    try:
+        slds = _first_model(blank, ys, guess, prior, w)
+        return _climb(slds, ys, prior, w, options, infer)
+    except np.linalg.LinAlgError as error:
+        raise ValueError(
+            f"a covariance of {options.states} states collapsed ({error}); "
+            "learn fewer states, from more data, or with a prior above 0"
+        ) from error
 
 
 def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:

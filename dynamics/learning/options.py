@@ -15,8 +15,7 @@ class Options:
     ridge      : weight of the prior towards constant velocity; 4: as much as the data of a mean state
                  if sequences weigh alike
     stickiness : Dirichlet counts added to each state's transition to itself
-    restarts   : number of starts, of which the best is kept
-    seed       : random seed of the starts
+    seed       : random seed of the start
     """
 
     states: int = 4
@@ -26,7 +25,6 @@ class Options:
     prior: float = 1.0
     ridge: float = 1e-2  # 1e-3 overfits runs, tested on subjects held out
     stickiness: float = 2.0
-    restarts: int = 1
     seed: int = 0
 
 

@@ -256,30 +256,11 @@ def test_learning_never_lowers_bound_plus_log_prior(order, within, rng):
     ys = [drawn(source, T, rng) for T in (20, 15, 25, 20)]
     options = Options(states=2, order=order, rounds=12, tolerance=-np.inf)
     told = {"names": ("a", "b"), "travelling": ("a",), "options": options, **LEARNT}
-    fit = learn(ys, begin=lambda: Variational(rounds=within), **told)
+    fit = learn(ys, infer=Variational(rounds=within), **told)
     assert len(fit.values) == 12
     # Rounding in sums of log-likelihoods near 1000.
     assert np.diff(fit.values).min() > -1e-8
     assert fit.values[-1] > fit.values[0] + 1.0
-
-
-def test_every_start_of_learning_has_an_e_step_of_its_own(rng):
-    source, heard = random_slds(2, rng=rng), []
-
-    def begin():
-        step = Variational(rounds=1)
-
-        def infer(slds, ys):
-            heard.append([[p.log_evidence for p in one(slds, ys)] for one in (Variational(rounds=1), step)])
-            return step.last
-
-        return infer
-
-    options = Options(states=2, rounds=1, restarts=3)
-    ys = [drawn(source, T, rng) for T in (20, 15)]
-    learn(ys, names=("a", "b"), travelling=(), options=options, begin=begin, **LEARNT)
-    assert len(heard) == 3
-    assert all(fresh == own for fresh, own in heard)
 
 
 def test_a_warm_start_goes_on_where_it_stopped(rng):

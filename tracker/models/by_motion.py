@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from dynamics.hmm import HMM, combine_hmms
 from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.em import anywhere, learn
 from dynamics.learning.options import DEFAULTS, Options
-from dynamics.learning.selection import choose
 from dynamics.periodic.learn import learn as learn_stride
 from dynamics.posterior import Infer, Posterior
 from dynamics.slds import SLDS, combine
@@ -72,7 +71,6 @@ def learn_motions(
     figure: Figure = WALKER,
     pooled: bool = False,
     noise: float = 0.0,
-    choose_from: Sequence[int] = (),
     e_steps: ESteps = ESteps(),
 ) -> SLDS:
     """One model of several motions, each learned separately and then joined.
@@ -85,25 +83,22 @@ def learn_motions(
         options: states are per motion.
         pooled: learn all motions as one, labelled with their names joined by a hyphen.
         noise: standard deviation added to the angles, radians.
-        choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
-            (`dynamics.learning.selection`); empty takes those of the options.
-        e_steps: of the final learning; the choice of the number of states uses approximate Viterbi.
+        e_steps: of learning.
 
     Raises:
-        ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
+        ValueError: no sequences, or unusable ones.
     """
     models = []
     for motion in _motions(sequences, figure, pooled, noise, options.seed):
-        chosen = _chosen(motion, fps, options, choose_from, e_steps) if choose_from else options
         fit = learn(
             motion.poses,
             names=motion.names,
             travelling=ROOT,
             fps=fps,
             label=motion.name,
-            options=chosen,
+            options=options,
             weights=motion.weights,
-            begin=e_steps.begin,
+            infer=e_steps.begin(),
         )
         models.append(anywhere(fit.slds, viterbi_all(fit.slds, motion.poses)))
     return combine(models)
@@ -171,20 +166,6 @@ class _Motion:
     poses: list[Array]
     subjects: list[str]
     weights: Array
-
-
-def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int], e_steps: ESteps) -> Options:
-    """The simplest candidate that is not clearly worse than the best on subjects held out."""
-    best, _ = choose(
-        motion.poses,
-        motion.subjects,
-        [replace(options, states=n, restarts=1) for n in states],
-        names=motion.names,
-        travelling=ROOT,
-        fps=fps,
-        begin=ESteps(spread=e_steps.spread).begin,
-    )
-    return replace(best, restarts=options.restarts)
 
 
 def _motions(

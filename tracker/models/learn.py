@@ -31,9 +31,8 @@ STATES = 8  # default number of states for each activity
 ORDER = 2
 NOISE = 1.0  # default noise added to captures, degrees
 NAMED = 20  # most subjects that a message names
-CHOICE = (1, 2, 4, 6, 8, 12)  # numbers of states that `choose` tries, up to --states
 # Settings that apply to switching states only.
-SWITCHING = ("choose", "pooled", "slower", "started", "restarts")
+SWITCHING = ("pooled", "slower", "started")
 
 
 class Further(BaseModel):
@@ -42,16 +41,12 @@ class Further(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     licences: tuple[str, ...] = Field((), description="learn only from rows whose licence has one of these")
-    choose: bool = Field(
-        False, description="subjects held out say how many states, `states` at most, each activity gets"
-    )
     pooled: bool = Field(False, description="all activities are learned as one")
     rounds: int = Field(10, ge=1, le=1000, description="of EM at most")
     slower: tuple[str, ...] = Field(
         (), description="activities that are learned slower and smaller too, such as runs for slow jogs"
     )
     started: tuple[str, ...] = Field((), description="activities that are learned begun from a stand too")
-    restarts: int = Field(1, ge=1, le=100, description="starts to learn from; the best is kept")
 
 
 def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progress) -> str:
@@ -163,16 +158,15 @@ def _learn(data: Data, request: Request, further: Further, progress: Progress) -
         states=STATES if request.states is None else request.states,
         order=ORDER if request.order is None else request.order,
         rounds=further.rounds,
-        restarts=further.restarts,
         seed=request.seed,
     )
     told: Any = {"fps": request.fps, "options": options, "figure": request.body}
     told["noise"] = float(np.radians(request.noise))
     if request.inference is Learning.HMM:
-        if further.pooled or further.choose or further.slower or further.started:
-            raise ValueError("hidden Markov models are learned per activity, with as many states as told")
-        if request.order is not None or further.restarts > 1:
-            raise ValueError("hidden Markov models have neither order nor restarts; leave them out")
+        if further.pooled or further.slower or further.started:
+            raise ValueError("hidden Markov models are learned per activity, as captured")
+        if request.order is not None:
+            raise ValueError("hidden Markov models have no order; leave it out")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
         return learn_hmms(data, **told)
@@ -181,14 +175,13 @@ def _learn(data: Data, request: Request, further: Further, progress: Progress) -
     labels = {label for _, label, _ in data}
     _check_copies(request, further, labels)
     groups = 1 if further.pooled else len(labels)
-    steps = groups * further.rounds * further.restarts
+    steps = groups * further.rounds
     with _spread(request) as spread, progress.task("learning", steps) as advance:
         if request.inference is Learning.STRIDE:
             return learn_strides(data, tick=advance, **told)
         return learn_motions(
             with_copies(data, further.slower, further.started, request.fps),
             pooled=further.pooled,
-            choose_from=[n for n in CHOICE if n <= options.states] if further.choose else (),
             e_steps=ESteps(request.inference.value, spread, advance),
             **told,
         )

@@ -33,7 +33,7 @@ def learnt(ys, *, travelling=("a",), weights=None, infer=viterbi_all, **options)
         label="walk",
         options=Options(**options),
         weights=weights,
-        begin=lambda: infer,
+        infer=infer,
     )
 
 
@@ -93,15 +93,10 @@ def test_one_small_fall_does_not_end_learning_and_the_best_round_is_kept(values,
     assert_same_system(fit.slds, shown[best], rtol=0.0, atol=0.0)
 
 
-def test_of_several_starts_the_best_is_kept(rng):
+def test_the_seed_decides_the_start(rng):
     ys = gait(6, 30, 2, rng)
-    one, two, four, other = (
-        max(learnt(ys, states=4, rounds=4, restarts=restarts, seed=seed).values)
-        for restarts, seed in ((1, 1), (2, 1), (4, 1), (1, 2))
-    )
-    assert four >= two >= one  # more starts only add to fewer
-    assert four > one
-    assert other != one
+    one, again, other = (learnt(ys, states=4, rounds=4, seed=seed).values for seed in (1, 1, 2))
+    assert one == again != other
 
 
 @pytest.mark.parametrize("infer", [viterbi_all, gpb2_all, variational_all])
@@ -192,7 +187,7 @@ def test_the_order_of_the_sequences_does_not_enter_learning(rng):
     ys[2][5:9, 1] = np.nan
     weights, mixed = rng.uniform(0.5, 2.0, size=6), rng.permutation(6)
     one, other = (
-        learnt([ys[i] for i in order], weights=weights[order] * size, states=3, rounds=4, restarts=2)
+        learnt([ys[i] for i in order], weights=weights[order] * size, states=3, rounds=4)
         for order, size in ((np.arange(6), 1.0), (mixed, 8.0))
     )
     assert one.values == pytest.approx(other.values, rel=1e-9)  # weights' mean, rounded otherwise

@@ -1,19 +1,16 @@
 """From captures to a model's file, and what keeps it from being made."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from dynamics.learning.options import Options
 from dynamics.store import load
 from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS, read_trials, sequences
 from tests.tracker.clips import figtrack, read_csv, refused, succeeds, write_table
 from tests.tracker.gaits import HEADER, gait, sequence, write_poses
 from tests.tracker.models.captures import COLUMNS, FPS, write_trials, write_walk
-from tracker.models import by_motion
 from tracker.models.learn import Further
 from tracker.settings import read_toml
 from tracker.tables.poses import pose_cells
@@ -87,11 +84,9 @@ def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
     ("text", "words"),
     [
         ("rounds = 0", "rounds: input should be greater than or equal to 1, got 0"),
-        ("restarts = 1000", "restarts: input should be less than or equal to 100, got 1000"),
-        ("restarts = 1.5", "restarts: input should be a valid integer"),
-        ('choose = "often"', "choose: input should be a valid boolean"),
+        ("rounds = 1.5", "rounds: input should be a valid integer"),
         ("pooled = 7", "pooled: input should be a valid boolean"),
-        ('licences = "CMU"', "licences: input should be a valid tuple, got 'CMU'"),
+        ('licences = "CMU"', "licences: input should be a valid array, got 'CMU'"),
         ("round = 2", "round: no such setting"),
         ("rounds: 2", "learn.toml is no TOML file"),
         (None, "no settings file"),
@@ -110,11 +105,9 @@ def test_settings_of_learning_are_heeded(trials, tmp_path, monkeypatch):
         raise ValueError("that is all")
 
     monkeypatch.setattr("tracker.models.learn.learn_motions", learn_motions)
-    text = "choose = true\npooled = true\nrounds = 3\nrestarts = 4\n"
+    text = "pooled = true\nrounds = 3\n"
     assert "that is all" in refused(*learn(trials, tmp_path / "m.npz", settings=settings(tmp_path, text)))
-    assert (asked["choose_from"], asked["pooled"]) == ([1, 2], True)
-    options = asked["options"]
-    assert (options.rounds, options.restarts) == (3, 4)
+    assert (asked["pooled"], asked["options"].rounds) == (True, 3)
 
 
 def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
@@ -132,11 +125,9 @@ def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
         (["--states", 2], "", "--states"),
         (["--order", 2], "", "--order"),
         (["--scheduler", "tcp://127.0.0.1:1"], "", "--scheduler"),
-        ([], "choose = true", "choose"),
         ([], "pooled = true", "pooled"),
         ([], 'slower = ["run"]', "slower"),
         ([], 'started = ["run"]', "started"),
-        ([], "restarts = 2", "restarts"),
     ],
 )
 def test_options_that_a_stride_has_not_are_refused(trials, tmp_path, more, text, name):
@@ -146,17 +137,9 @@ def test_options_that_a_stride_has_not_are_refused(trials, tmp_path, more, text,
     assert f"a stride has no switching states, so {name} does not apply; leave it out" in said
 
 
-@pytest.mark.parametrize(("more", "text"), [(["--order", 2], ""), ([], "restarts = 2")])
-def test_options_that_a_hidden_markov_model_has_not_are_refused(trials, tmp_path, more, text):
-    asked = ["learn", "--trials", trials, "--inference", "hmm", "--settings", settings(tmp_path, text), *more]
-    assert "have neither order nor restarts; leave them out" in refused(*asked, "--out", tmp_path / "h.npz")
-
-
-def test_the_chosen_number_of_states_is_learned_as_often_as_asked(monkeypatch):
-    monkeypatch.setattr(by_motion, "choose", lambda *args, **told: (args[2][1], None))
-    motion = SimpleNamespace(poses=[], subjects=[], names=())
-    chosen = by_motion._chosen(motion, 30.0, Options(states=4, restarts=7), [1, 2], by_motion.ESteps())
-    assert (chosen.states, chosen.restarts) == (2, 7)
+def test_a_hidden_markov_model_has_no_order(trials, tmp_path):
+    asked = ["learn", "--trials", trials, "--inference", "hmm", "--order", 2]
+    assert "have no order; leave it out" in refused(*asked, "--out", tmp_path / "h.npz")
 
 
 @pytest.mark.parametrize("name", ["learn", "pooled", "gait", "gait-started"])
