@@ -25,7 +25,7 @@ def captures(data_dir):
 
 @pytest.mark.parametrize(("label", "gap", "most"), [("walk", 25, 2.0), ("walk", 50, 2.6), ("run", 10, 4.5)])
 def test_gaps_of_somebody_new_are_filled_by_the_stride(captures, label, gap, most):
-    both = fillers("gait", motion_model("gait", FPS), FPS, recurrent=True)
+    both = fillers("gait", motion_model("gait", FPS), FPS)
     found = []
     for capture in captures:
         if capture.label != label or len(capture.y) < gap + 20:
@@ -43,7 +43,7 @@ def test_gaps_of_somebody_new_are_filled_by_the_stride(captures, label, gap, mos
 
 @pytest.mark.parametrize("name", ["02_04", "am1_B18", "am1_C20"])
 def test_gaps_amid_jumps_are_left_to_the_switching_model(data_dir, name):
-    both = fillers("gait", motion_model("gait", FPS), FPS, recurrent=True)
+    both = fillers("gait", motion_model("gait", FPS), FPS)
     trials = read_trials(data_dir / "mocap" / "trials.csv")
     (trial,) = (t for t in trials if t.path.stem == name)
     y = resample(project(read_body(trial), curve=True), trial.fps, FPS)

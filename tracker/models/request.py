@@ -19,14 +19,8 @@ Tls = Annotated[
 ]
 
 
-class Learning(StrEnum):
-    """How a model is learned: by an inference, or as another kind of model."""
-
-    VITERBI = "viterbi"
-    GPB2 = "gpb2"
-    VARIATIONAL = "variational"
-    HMM = "hmm"
-    STRIDE = "stride"
+# How a model is learned: by an inference, or as another kind of model.
+Learning = StrEnum("Learning", "VITERBI GPB2 VARIATIONAL HMM STRIDE")
 
 
 @dataclass(frozen=True)

@@ -7,31 +7,16 @@ from typing import Annotated
 
 import typer
 
-NoRecurrent = Annotated[
-    bool, typer.Option("--no-recurrent", help="The papers' switch, which does not depend on the pose.")
-]
 Seed = Annotated[int, typer.Option(min=0, help="Of what is drawn at random.")]
 
 
-class Inference(StrEnum):
-    """How switching states are inferred."""
-
-    VITERBI = "viterbi"
-    GPB2 = "gpb2"
-    VARIATIONAL = "variational"
-    HMM = "hmm"
-
-
-class Use(StrEnum):
-    """Which columns are used to label a motion."""
-
-    ANGLES = "angles"
-    ALL = "all"
+Inference = StrEnum("Inference", "VITERBI GPB2 VARIATIONAL HMM")  # of switching states
+Use = StrEnum("Use", "ANGLES ALL")  # columns by which a motion is labelled
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """Model, table and picture of a motion command; BadParameter if two options cannot be combined."""
+    """Model, table and picture of a motion command."""
 
     model: Annotated[str, typer.Option(help="A shipped model, or a file from 'figtrack learn'.")] = "gait"
     fps: Annotated[
@@ -41,15 +26,9 @@ class Task:
         Path | None,
         typer.Option(help="The table to write [default: named after the poses or model and the command]."),
     ] = None
-    plot: Annotated[
-        Path | None,
-        typer.Option(help="The picture to write, .png, .pdf or .svg [default: as --out, but .png]."),
-    ] = None
-    no_plot: Annotated[bool, typer.Option("--no-plot", help="Draw no picture.")] = False
-
-    def __post_init__(self) -> None:
-        if self.plot is not None and self.no_plot:
-            raise typer.BadParameter("give either --plot or --no-plot, not both")
+    no_plot: Annotated[bool, typer.Option("--no-plot", help="Draw no picture, else as --out, but .png.")] = (
+        False
+    )
 
     @property
     def source(self) -> Path:
@@ -59,7 +38,7 @@ class Task:
     def places(self, command: str) -> tuple[Path, Path | None]:
         """Paths of the table and the picture that a command writes, None for no picture."""
         table = self.out or Path(f"{self.source.absolute().stem}-{command}.csv")
-        return table, None if self.no_plot else self.plot or table.with_suffix(".png")
+        return table, None if self.no_plot else table.with_suffix(".png")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,14 +68,6 @@ class Classify(PosesTask):
     use: Annotated[
         Use, typer.Option(help="What tells a motion: the angles, or all columns, the root's too.")
     ] = Use.ANGLES
-    pose_weight: Annotated[
-        float | None,
-        typer.Option(
-            min=0.0,
-            max=10.0,
-            help="Weight of a pose by itself beside its motion; 0 as in the papers [default: 0.5].",
-        ),
-    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,21 +75,13 @@ class Predict(PosesTask):
     """The options of `figtrack predict`."""
 
     horizon: Annotated[int, typer.Option(min=1, max=1000, help="How many frames ahead.")] = 1
-    show: Annotated[
-        str | None, typer.Option(help="The sequence that the picture shows [default: the first].")
-    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Interpolate(PosesTask):
     """The options of `figtrack interpolate`."""
 
-    no_recurrent: NoRecurrent = False
     seed: Seed = 0
-    show: Annotated[
-        str | None,
-        typer.Option(help="The sequence that the picture shows [default: that of the longest gap]."),
-    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,6 +95,5 @@ class Synthesise(Task):
     noise: Annotated[
         float, typer.Option(min=0.01, max=10.0, help="Times as large as learned is what drives the motion.")
     ] = 1.0
-    no_recurrent: NoRecurrent = False
     seed: Seed = 0
     no_clip: Annotated[bool, typer.Option("--no-clip", help="Make no clip, else as --out, but .mp4.")] = False

@@ -24,11 +24,10 @@ from tracker.motion.tasks import chosen_inference, forecast_all, label_all, whol
 from tracker.often import USUAL
 from tracker.progress import Progress, counted
 from tracker.run.folder import FolderError, fresh_file
-from tracker.tables.poses import PoseSequence, PosesError, pose_cells, read_poses, suspicions, write_poses
+from tracker.tables.poses import PoseSequence, pose_cells, read_poses, suspicions, write_poses
 from tracker.tables.table import write_table
 
 ANIMATED = 3000  # largest number of frames in a clip, 100 seconds of a stick figure
-PICTURES = (".png", ".pdf", ".svg")
 Places = tuple[Path | None, ...]  # of table, picture and possibly clip, None for an unwanted one
 SD_COLUMNS = tuple(f"{name}_sd" for name in POSE_COLUMNS)
 
@@ -42,9 +41,7 @@ def classify_table(task: Classify, overwrite: bool, progress: Progress) -> str:
     with _fresh(task, places, overwrite) as (table, plot):
         model, sequences, _ = _read(replace(task, model=from_a_stand(task.model)), progress)
         chosen = chosen_inference(model, task.inference)
-        found = label_all(
-            model, sequences, inference=chosen, use=task.use, pose_weight=task.pose_weight, progress=progress
-        )
+        found = label_all(model, sequences, inference=chosen, use=task.use, progress=progress)
         shares = chosen is not Inference.VITERBI
         _write_labels(table, sequences, found, shares)
         if plot is not None:
@@ -59,7 +56,7 @@ def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
     """Write as a pose table forecasts of each frame t from those up to t - horizon; raises likewise."""
     places = task.places("predict")
     with _fresh(task, places, overwrite) as (table, plot):
-        model, sequences, _ = _read(task, progress, task.show)
+        model, sequences, _ = _read(task, progress)
         slds = whole_pose(model, "predict")
         forecasts = forecast_all(slds, sequences, task.horizon, progress)
         means = [forecast.mean for forecast in forecasts]
@@ -68,10 +65,9 @@ def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
         if plot is not None:
             from tracker.motion.plots import draw_forecast
 
-            i = _shown(task.poses, task.show, sequences, 0)
             ahead = f"forecasts {counted(task.horizon, 'frame')} ahead by {Path(task.model).name}"
-            title = f"{_which(task, sequences[i])}: {ahead}"
-            draw_forecast(sequences[i], means[i], sds[i], plot, title)
+            title = f"{_which(task, sequences[0])}: {ahead}"
+            draw_forecast(sequences[0], means[0], sds[0], plot, title)
     return "\n".join(
         [forecast_errors(sequences, means, task.horizon), *unseen_frames(sequences), _see(places)]
     )
@@ -81,8 +77,8 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
     """Write the table with unmeasured values filled in; raises as `classify_table`."""
     places = task.places("interpolate")
     with _fresh(task, places, overwrite) as (table, plot):
-        model, sequences, fps = _read(task, progress, task.show)
-        with_what = fillers(task.model, model, fps, recurrent=not task.no_recurrent)
+        model, sequences, fps = _read(task, progress)
+        with_what = fillers(task.model, model, fps)
         if with_what.slds is not None and not all(sequence.seen.all() for sequence in sequences):
             noisy = at_table_noise(with_what.slds, sequences, progress)
             with_what = replace(with_what, slds=noisy)
@@ -97,7 +93,7 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
             from tracker.motion.plots import draw_filled, longest_gap
 
             lengths = [stop - start for start, stop in map(longest_gap, sequences)]
-            i = _shown(task.poses, task.show, sequences, int(np.argmax(lengths)))
+            i = int(np.argmax(lengths))
             done = f"gaps filled by {Path(task.model).name}"
             title = f"{_which(task, sequences[i])}: {'no gaps' if sequences[i].seen.all() else done}"
             draw_filled(sequences[i], filled[i].y, filled[i].sd, fps, plot, title)
@@ -112,9 +108,7 @@ def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> s
         model, fps = _model(task)
         rng = np.random.default_rng(task.seed)
         with progress.task("synthesising", 1) as advance:
-            states, labels, y = free_run(
-                model, task.frames, fps, rng, task.label, task.noise, not task.no_recurrent
-            )
+            states, labels, y = free_run(model, task.frames, fps, rng, task.label, task.noise)
             advance()
         rows = ((0, t, *pose_cells(y[t]), states[t], labels[t]) for t in range(task.frames))
         write_poses(table, rows, ("state", "label"))
@@ -129,7 +123,7 @@ def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> s
             drawn = y[:ANIMATED]
             captions = [f"frame {t}  {labels[t]} state {states[t]}" for t in range(len(drawn))]
             write_clip(drawn, captions, fps, film, progress)
-    said = [free_motion(Path(task.model).name, labels, y, fps), _see(places)]
+    said = [free_motion(Path(task.model).name, labels, fps), _see(places)]
     if places[-1] is not None and task.frames > ANIMATED:
         said.append(f"{places[-1]} shows the first {ANIMATED} of {task.frames} frames")
     return "\n".join(said)
@@ -138,11 +132,9 @@ def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> s
 @contextmanager
 def _fresh(task: Task, places: Places, overwrite: bool) -> Iterator[list[Any]]:
     """Temporary names for table, picture and possibly clip, which are renamed when the block succeeds."""
-    wanted, plot = [place for place in places if place is not None], places[1]
+    wanted = [place for place in places if place is not None]
     if len({place.resolve() for place in wanted}) < len(wanted):
         raise FolderError(f"table, plot and clip would be one file, {wanted[0]}; choose another --out")
-    if plot is not None and plot.suffix.lower() not in PICTURES:
-        raise FolderError(f"{plot} is no name of a picture; --plot wants one that ends in .png, .pdf or .svg")
     inputs = [task.source, Path(task.model)]
     with ExitStack() as stack:
         yield [
@@ -151,15 +143,12 @@ def _fresh(task: Task, places: Places, overwrite: bool) -> Iterator[list[Any]]:
         ]
 
 
-def _read(
-    task: PosesTask, progress: Progress, show: str | None = None
-) -> tuple[Model, list[PoseSequence], float]:
+def _read(task: PosesTask, progress: Progress) -> tuple[Model, list[PoseSequence], float]:
     """The model at the table's rate, the sequences, and the rate."""
     model, fps = _model(task)
     sequences = read_poses(task.poses)
     for text in suspicions(sequences, fps):
         progress.warn(text)
-    _shown(task.poses, show, sequences, 0)
     return model, sequences, fps
 
 
@@ -172,16 +161,6 @@ def _model(task: Task) -> tuple[Model, float]:
             f"{fps:g}; learn it again with --fps {fps:g}"
         )
     return (at_rate(model, fps) if isinstance(model, SLDS) else model), fps
-
-
-def _shown(table: Path, show: str | None, sequences: Sequence[PoseSequence], usual: int) -> int:
-    if show is None:
-        return usual
-    names = [sequence.name for sequence in sequences]
-    if show not in names:
-        some = ", ".join(names[:10]) + (", .." if len(names) > 10 else "")
-        raise PosesError(f"{table} has no sequence {show!r} to show; there are {some}")
-    return names.index(show)
 
 
 def _write_labels(

@@ -27,7 +27,6 @@ from tracker.motion.tasks import (
     UNKNOWN_NECK,
     UNKNOWN_PLACE,
     check_names,
-    check_switch,
     first_measured,
     whole_pose,
 )
@@ -57,26 +56,23 @@ class Filled:
 class Fillers:
     """The models that fill gaps: one of the two, or for each gap the one with more evidence around it.
 
-    slds      : at the table's frame rate and noise
-    fps       : frames a second of the table
-    recurrent : whether the switch depends on the pose; False is the papers' switch
+    slds : at the table's frame rate and noise
+    fps  : frames a second of the table
     """
 
     slds: SLDS | None
     stride: Stride | None
     fps: float
-    recurrent: bool = True
 
 
-def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
+def fillers(name: str, model: Model, fps: float) -> Fillers:
     """The fillers for a model with this name; ValueError if it cannot fill gaps."""
     if isinstance(model, Stride):
-        check_switch(recurrent)
         check_names(model.names)
         return Fillers(None, model, fps)
     slds = whole_pose(model, "interpolate")
     shipped = load_shipped(STRIDE, fps) if name == BY_EVIDENCE else None
-    return Fillers(slds, shipped if isinstance(shipped, Stride) else None, fps, recurrent)
+    return Fillers(slds, shipped if isinstance(shipped, Stride) else None, fps)
 
 
 def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:
@@ -135,7 +131,7 @@ def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussi
         found = [_by_stride(stride, slds, y, rows, fillers.fps) for rows in gaps(stride, y, fillers.fps)]
     if slds is not None and (stride is None or None in found):
         try:
-            whole = interpolate(slds, y, rng, recurrent=fillers.recurrent)
+            whole = interpolate(slds, y, rng)
         except np.linalg.LinAlgError as error:
             raise ValueError(
                 "a gap is so long that the model's poses grow without limit; "

@@ -11,7 +11,7 @@ from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride
 from tracker.models.centred import ANGLES
-from tracker.motion.tasks import check_names, check_switch, whole_pose
+from tracker.motion.tasks import check_names, whole_pose
 
 TURNED = float(np.radians(360.0))  # larger angles mean that the sample diverged
 WILD = (
@@ -27,7 +27,6 @@ def free_run(
     rng: np.random.Generator,
     label: str | None = None,
     noise: float = 1.0,
-    recurrent: bool = True,
 ) -> tuple[Ints, list[str], Array]:
     """States (T,), labels (T) and poses (T, 8) of a sampled motion.
 
@@ -36,13 +35,11 @@ def free_run(
     Args:
         label: the motion, None to sample that too.
         noise: factor on the standard deviation of the driving noise (1999, figure 5).
-        recurrent: for a switching model, see `dynamics.motion.tasks.synthesise`.
 
     Raises:
         ValueError: a model of other freedoms, without dynamics or without this motion, or one that diverges.
     """
     if isinstance(model, Stride):
-        check_switch(recurrent)
         check_names(model.names)
         k = int(rng.choice(_motions(model.labels, label)))
         y = synthesise_stride(model, k, frames, fps, rng, noise)
@@ -52,7 +49,7 @@ def free_run(
     driven = replace(slds, Q=noise**2 * slds.Q)
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            states, y = synthesise(driven, frames, rng, recurrent=recurrent)
+            states, y = synthesise(driven, frames, rng)
     except np.linalg.LinAlgError as error:
         raise ValueError(WILD.format("")) from error
     wild = np.flatnonzero(~(np.abs(y[:, ANGLES]) < TURNED).all(1))

@@ -7,13 +7,10 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
-from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import ANGLES
 from tracker.motion.fill import Filled
 from tracker.progress import counted
 from tracker.tables.poses import PoseSequence
-
-STRIDES = 3.0  # least number of strides from which the period is measured
 
 
 def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) -> list[str]:
@@ -76,32 +73,8 @@ def unseen_frames(sequences: Sequence[PoseSequence]) -> list[str]:
     return [f"{counted(unseen, 'frame')} lost or outside, taken as missing"] if unseen else []
 
 
-def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:
-    """The motions of a synthesis and the time of a stride; y (T, 8) poses at `fps`."""
+def free_motion(model: str, labels: Sequence[str], fps: float) -> str:
+    """The motions of a synthesis."""
     counts = Counter(labels)
     parts = [f"{motion} {100.0 * count / len(labels):.0f} %" for motion, count in counts.items()]
-    text = f"{counted(len(labels), 'frame')} of {model} at {fps:g} a second: {', '.join(parts)}"
-    stride = stride_period(y)
-    return text if stride is None else f"{text}, a stride in {stride:.1f} frames ({stride / fps:.2f} s)"
-
-
-def stride_period(y: Array) -> float | None:
-    """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far in whole (T, 8).
-
-    None if nothing repeats, or fewer than STRIDES times.
-    """
-    apart = y[:, POSE_COLUMNS.index("hip_near")] - y[:, POSE_COLUMNS.index("hip_far")]
-    apart = apart - apart.mean()
-    T = len(apart)
-    products = np.correlate(apart, apart, "full")[T - 1 :] / np.arange(T, 0, -1)
-    lags = np.arange(1, int(T / STRIDES))
-    if len(lags) < 2 or not products[0] > 0:
-        return None
-    negative = np.flatnonzero(products[lags] < 0)
-    before, at, after = (products[k : k + lags[-1]] for k in range(3))
-    peaks = np.flatnonzero((at > np.maximum(before, after)) & (at >= 0.3 * products[0]))
-    later = peaks[peaks >= lags[negative[0]]] if len(negative) else peaks[:0]
-    if not len(later):
-        return None
-    k = later[0]
-    return float(k + 1 + 0.5 * (before[k] - after[k]) / (before[k] - 2.0 * at[k] + after[k]))
+    return f"{counted(len(labels), 'frame')} of {model} at {fps:g} a second: {', '.join(parts)}"

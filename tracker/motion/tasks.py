@@ -15,7 +15,6 @@ from dynamics.gpb2 import switching_all
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import CLASSIFY_TICKS, Labelling, classify, classify_hmm, predict, predict_ticks
 from dynamics.posterior import InferSwitching
-from dynamics.region import POSE
 from dynamics.slds import SLDS
 from dynamics.store import Model, kind_of
 from dynamics.stride import Stride
@@ -70,19 +69,12 @@ def check_names(names: Sequence[str]) -> None:
         )
 
 
-def check_switch(recurrent: bool) -> None:
-    """ValueError where a stride is asked for the papers' switch."""
-    if not recurrent:
-        raise ValueError("a stride has no switch, so --no-recurrent does not apply; leave it out")
-
-
 def label_all(
     model: Model,
     sequences: Sequence[PoseSequence],
     *,
     inference: Inference,
     use: Use = Use.ANGLES,
-    pose_weight: float | None = None,
     progress: Progress = SILENT,
 ) -> list[Labelling]:
     """The motion of every frame of every sequence.
@@ -90,7 +82,6 @@ def label_all(
     Args:
         inference: one that fits the model, see `chosen_inference`.
         use: whether the root's travel and height are used too, or the angles only.
-        pose_weight: weight of the pose's likelihood, None for the default; not for a hidden Markov model.
 
     Raises:
         PosesError: a sequence without a measured angle, or without a root where that is used.
@@ -98,8 +89,6 @@ def label_all(
     """
     ys = [_evidence(sequence, use) for sequence in sequences]
     if isinstance(model, HMM):
-        if pose_weight is not None:
-            raise ValueError("a hidden Markov model has no pose weight; leave out --pose-weight")
         picked = _columns(model, use)
         return classify_hmm(model, [y[:, picked] for y in ys])
     slds = whole_pose(model, "classify")
@@ -107,9 +96,8 @@ def label_all(
         raise ValueError("variational inference labels by angles only; leave out --use all, or take gpb2")
     if use is Use.ALL:
         slds = slds.with_constants(UNKNOWN_PLACE)
-    weight = POSE if pose_weight is None else pose_weight
     with progress.task("classifying", CLASSIFY_TICKS) as tick:
-        return classify(slds, ys, infer=INFERENCES[inference], pose=weight, tick=tick)
+        return classify(slds, ys, infer=INFERENCES[inference], tick=tick)
 
 
 def forecast_all(

@@ -148,7 +148,6 @@ def _classify(folder: Path, rng: Rng) -> Words:
         *_some(rng, 0.5, "--model", rng.choice(["m.npz", "gait", "walk-run"])),
         *_some(rng, 0.5, "--inference", rng.choice(["viterbi", "gpb2", "variational", "hmm"])),
         *_some(rng, 0.3, "--use", "all"),
-        *_some(rng, 0.3, "--pose-weight", rng.choice([0, 1, 10])),
         *_some(rng, 0.2, "--fps", rng.choice([1, 24, 60, 1000])),
         *_some(rng, 0.5, "--no-plot"),
     ]

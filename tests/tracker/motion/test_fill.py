@@ -23,7 +23,6 @@ from tracker.tables.poses import PosesError
 
 WAYS = {
     "switching": lambda: Fillers(gait_model(), None, 30.0),
-    "papers": lambda: Fillers(gait_model(), None, 30.0, recurrent=False),
     "stride": lambda: Fillers(None, gait_stride(), 30.0),
     "by evidence": lambda: Fillers(gait_model(), gait_stride(), 30.0),
 }
@@ -127,7 +126,7 @@ def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatc
 
 
 def test_a_gait_is_filled_by_the_stride_and_what_is_not_periodic_by_the_switching_model(rng):
-    both = fillers("gait", motion_model("gait"), 30.0, recurrent=True)
+    both = fillers("gait", motion_model("gait"), 30.0)
     walk = synthesise_stride(both.stride, 0, 60, 30.0, rng)
     t = np.arange(60)[:, None] / 30.0
     reaching = 0.7 * np.tanh(3.0 * (t - rng.uniform(0.3, 1.7, 8))) * rng.choice([-1.0, 1.0], 8)
@@ -171,19 +170,17 @@ def test_models_that_fill_no_gaps_are_refused(rng):
     with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
         fill_gaps(WAYS["switching"](), nothing, rng)
     with pytest.raises(ValueError, match="a hidden Markov model, which cannot interpolate"):
-        fillers("hmm.npz", gait_hmm(), 30.0, recurrent=True)
-    with pytest.raises(ValueError, match="a stride has no switch, so --no-recurrent does not apply"):
-        fillers("stride", gait_stride(), 30.0, recurrent=False)
+        fillers("hmm.npz", gait_hmm(), 30.0)
 
 
 def test_a_file_that_is_named_as_the_shipped_stride_is_not_taken_for_it(tmp_path, monkeypatch):
     (tmp_path / "stride").write_text("how far I walked")
     monkeypatch.chdir(tmp_path)
-    assert fillers("gait", gait_model(), 30.0, recurrent=True).stride is not None
+    assert fillers("gait", gait_model(), 30.0).stride is not None
 
 
 def test_the_shipped_stride_joins_the_shipped_gait_alone():
-    both, one = (fillers(name, gait_model(), 30.0, recurrent=True) for name in ("gait", "mine.npz"))
+    both, one = (fillers(name, gait_model(), 30.0) for name in ("gait", "mine.npz"))
     assert both.stride is not None
     assert both.stride.names == POSE_COLUMNS
     assert one.stride is None

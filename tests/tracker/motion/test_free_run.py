@@ -40,8 +40,6 @@ def test_a_stride_makes_one_person_s_gait_of_the_motion_that_is_asked_for():
     assert {made(seed)[1][0] for seed in range(12)} == {"walk", "run"}
     with pytest.raises(ValueError, match="no motion 'swim'; it has walk, run"):
         made(label="swim")
-    with pytest.raises(ValueError, match="a stride has no switch, so --no-recurrent does not apply"):
-        made(recurrent=False)
 
 
 def test_more_noise_is_a_rougher_motion():

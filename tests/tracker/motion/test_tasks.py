@@ -58,15 +58,6 @@ def test_the_root_is_heard_where_it_is_used(rng, label):
     assert less < 0.5 * doubt
 
 
-def test_without_a_weight_the_pose_by_itself_says_nothing(rng):
-    y = [sequence(blanked(gait("run", 4, rng), slice(None), slice(4, 8)))]
-    with_pose, without = (
-        label_all(gait_model(), y, inference=Inference.GPB2, pose_weight=weight)[0].prob
-        for weight in (None, 0.0)
-    )
-    assert np.abs(with_pose - without).max() > 1e-3
-
-
 def test_the_inference_must_fit_the_model():
     assert chosen_inference(gait_model(), None) is Inference.GPB2
     assert chosen_inference(gait_hmm(), None) is Inference.HMM
@@ -140,9 +131,7 @@ def test_an_unknown_constant_is_integrated_out(rng):
     assert found == pytest.approx(np.logaddexp.reduce(each) + np.log(step), abs=1e-6)
 
 
-def test_what_an_inference_or_a_model_has_no_use_for_is_refused():
+def test_what_an_inference_has_no_use_for_is_refused():
     y = sequence(np.zeros((5, 8)))
     with pytest.raises(ValueError, match="variational inference labels by angles only"):
         label_all(gait_model(), [y], inference=Inference.VARIATIONAL, use=Use.ALL)
-    with pytest.raises(ValueError, match="has no pose weight"):
-        label_all(gait_hmm(), [y], inference=Inference.HMM, pose_weight=2.0)
