@@ -41,6 +41,7 @@ SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is 
 
 LEFT = {}  # the files that a command left, by its words and the files that these name
 
+DASK = "DASK_DISTRIBUTED__COMM__TLS__"  # variables of its settings
 OF_PEM = "--tls-ca-file cluster.pem --tls-cert cluster.pem --tls-key cluster.pem"
 
 NOT_RUN = {
@@ -51,7 +52,9 @@ NOT_RUN = {
     "cat cert.pem key.pem > cluster.pem": "needs that certificate",
     f"dask scheduler --protocol tls {OF_PEM}": "a scheduler that stays",
     f"dask worker tls://10.0.0.1:8786 {OF_PEM}": "of that scheduler",
-    "figtrack batch jobs.csv --scheduler tls://10.0.0.1:8786 --tls cluster.pem": "asks that scheduler",
+    f"export {DASK}CA_FILE=cluster.pem {DASK}CLIENT__CERT=cluster.pem": "for that scheduler",
+    f"export {DASK}CLIENT__KEY=cluster.pem": "for that scheduler",
+    "figtrack batch jobs.csv --scheduler tls://10.0.0.1:8786": "asks that scheduler",
 }
 IN_ITS_PLACE = {
     "make": "what it would do (-n), and of that the commands of ours: it also installs and runs all tests",

@@ -6,8 +6,6 @@ from tests.spoiled.case import HUGE, Case, cases, refusals
 from tests.spoiled.spoil import file_instead, folder_instead, foreign_instead, renamed
 from tests.spoiled.stock import ASIDE, FOLLOWED, OF_MARKS
 
-CLUSTER = "batch jobs.csv --quiet --scheduler tls://127.0.0.1:9"
-
 OPTIONS = [
     *refusals(
         ("start huge", f"track --start {HUGE}", f"frame {HUGE} is not marked"),
@@ -15,8 +13,6 @@ OPTIONS = [
         ("scale points in one place", "mot --scale-points 5,5,5,5,1", "two points apart"),
         ("a model that does not ship", "track --model swim", "no model 'swim' ships; there are gait"),
         ("a motion that is not there", "synthesise --label swim", "has no motion 'swim'; it has walk, run"),
-        ("a certificate that is none", f"{CLUSTER} --tls marks.csv", "marks.csv holds no certificate"),
-        ("a certificate that is not there", f"{CLUSTER} --tls no.pem", "no.pem holds no certificate"),
         ("a scheduler that is none", "batch jobs.csv --quiet --scheduler nowhere", "answers at nowhere"),
     ),
     *refusals(
@@ -28,7 +24,6 @@ OPTIONS = [
         ("height in centimetres", "trc --height 175", "--height"),
         ("scale points are four", "mot --scale-points 0,0,9,9", "five numbers"),
         ("horizon huge", f"predict --horizon {HUGE}", "--horizon"),
-        ("a certificate without a scheduler", "batch --tls marks.csv", "give both"),
         ("workers and a scheduler", "batch --workers 2 --scheduler tcp://127.0.0.1:9", "--scheduler"),
         ("no workers", "batch --workers 0", "--workers"),
         ("an inference nobody knows", "classify --inference guess", "--inference"),

@@ -66,7 +66,6 @@ def run_batch(
     scheduler: str | None,
     overwrite: bool,
     progress: Progress,
-    tls: Path | None = None,
 ) -> Ended:
     """Track every row of a table of jobs, and write summary.csv and summary.html.
 
@@ -75,7 +74,6 @@ def run_batch(
         workers: processes on this machine, None for one a processor; ignored with a scheduler.
         scheduler: address of a Dask scheduler, whose workers have the same files under the same names.
         overwrite: whether complete runs of other jobs may be replaced.
-        tls: certificate and key of the scheduler's cluster, as for `tracker.models.cluster.cluster_at`.
 
     JobsError: a table that cannot be used; nothing was done. ClusterError: a scheduler that does not answer.
     FolderError: a summary that cannot be written. ValueError: the user stopped it.
@@ -89,9 +87,7 @@ def run_batch(
     with fresh_file(summary, overwrite=True, inputs=[table]) as aside:
         most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         cluster = (
-            local_cluster(min(workers or most, len(rows)))
-            if scheduler is None
-            else cluster_at(scheduler, tls)
+            local_cluster(min(workers or most, len(rows))) if scheduler is None else cluster_at(scheduler)
         )
         with swept(row.out for row in rows), cluster as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))

@@ -10,7 +10,6 @@ import typer
 
 from tracker.cli.options import Common, Overwrite
 from tracker.clip.job import Facing, towards
-from tracker.models.request import Tls
 from tracker.progress import tally
 
 if TYPE_CHECKING:
@@ -120,7 +119,6 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to send the clips to, tcp://HOST:PORT.")
     ] = None,
-    tls: Tls = None,
     common: Common,
 ) -> None:
     """Follow many clips, each by itself.
@@ -131,8 +129,6 @@ def batch(
     """
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("give either --workers or --scheduler, not both")
-    if tls is not None and scheduler is None:
-        raise typer.BadParameter("--tls is the certificate of a --scheduler; give both")
     from tracker.batch.run_all import FAILED, run_batch
 
     own = jobs if jobs.is_dir() else jobs.parent
@@ -144,7 +140,6 @@ def batch(
         scheduler=scheduler,
         overwrite=common.overwrite,
         progress=common.shown(),
-        tls=tls,
     )
     _show(ended, place)
     if any(cells["status"] == FAILED for _, cells in ended):

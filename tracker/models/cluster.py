@@ -13,7 +13,6 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from operator import itemgetter
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dynamics.gaussian import Array
@@ -74,21 +73,22 @@ def local_cluster(workers: int) -> Iterator["Client"]:
 
 
 @contextmanager
-def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
-    """The cluster of a Dask scheduler; `tls` is a PEM file with the certificate and key of both sides, if
-    any.
-    ClusterError: no scheduler there, one without workers, or no such certificate."""
-    from distributed import Client
+def cluster_at(address: str) -> Iterator["Client"]:
+    """The cluster of a Dask scheduler, asked with the certificate that Dask's configuration names, if any.
 
-    security = _security(tls)
+    ClusterError: no scheduler there, or one without workers.
+    """
+    from distributed import Client, Security
+
+    security = Security()
     try:
         # Tested beforehand: a Client that was refused may block a later one when it is garbage collected.
         asyncio.run(_reach(address, security))
         client = Client(address, timeout=PATIENCE, security=security)
     except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last two: one side without TLS
         raise ClusterError(
-            f"no Dask scheduler answers at {address}; start one with 'dask scheduler', and give --tls if it "
-            "asks for a certificate, with an address that begins with tls://"
+            f"no Dask scheduler answers at {address}; start one with 'dask scheduler'; docs/batch.md tells "
+            "how to ask one that wants a certificate, at an address that begins with tls://"
         ) from error
     with client:
         if not client.scheduler_info()["workers"]:
@@ -150,23 +150,6 @@ def _turn(before: Turn, slds: SLDS, ys: Sequence[Array]) -> Turn:
     # A copy: if a worker dies, its turns are repeated from their original state.
     step = copy.copy(before[1])
     return step(slds, ys), step
-
-
-def _security(tls: Path | None) -> "Security":
-    from distributed import Security
-
-    if tls is None:
-        return Security()
-    parts = ("tls_ca_file", "tls_client_cert", "tls_client_key")
-    security = Security(require_encryption=True, **dict.fromkeys(parts, str(tls)))
-    try:
-        security.get_connection_args("client")
-    except OSError as error:
-        raise ClusterError(
-            f"{tls} holds no certificate and key that can be read ({error.strerror}); "
-            "give one PEM file of both"
-        ) from error
-    return security
 
 
 async def _reach(address: str, security: "Security") -> None:

@@ -220,7 +220,7 @@ def _spread(request: Request) -> Iterator[Spread | None]:
         return
     from tracker.models.cluster import cluster_at, spread_over
 
-    with cluster_at(request.scheduler, request.tls) as client:
+    with cluster_at(request.scheduler) as client:
         yield partial(spread_over, client)
 
 

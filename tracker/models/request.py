@@ -13,12 +13,6 @@ from kinematics.text_file import blanked
 if TYPE_CHECKING:
     from kinematics.figure import Figure
 
-Tls = Annotated[
-    Path | None,
-    typer.Option(help="PEM file of the certificate and key of the scheduler's cluster, tls://HOST:PORT."),
-]
-
-
 # How a model is learned: by an inference, or as another kind of model.
 Learning = StrEnum("Learning", "VITERBI GPB2 VARIATIONAL HMM STRIDE")
 
@@ -59,7 +53,6 @@ class Request:
         str | None,
         typer.Option(help="Address of a Dask scheduler whose workers do the E-steps, tcp://HOST:PORT."),
     ] = None
-    tls: Tls = None
     settings: Annotated[Path | None, typer.Option(help="TOML file of further keys: docs/learn.md.")] = None
     figure: Annotated[
         str, typer.Option(help="Whose poses the tables hold: a figure that ships, or a TOML file of one.")
@@ -68,8 +61,6 @@ class Request:
     def __post_init__(self) -> None:
         if (self.trials is None) == (not self.poses):
             raise typer.BadParameter("give either --trials TABLE or pose tables, one of the two")
-        if self.tls is not None and self.scheduler is None:
-            raise typer.BadParameter("--tls is the certificate of a --scheduler; give both")
 
     @cached_property
     def body(self) -> "Figure":

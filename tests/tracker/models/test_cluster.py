@@ -187,17 +187,19 @@ def test_another_user_of_this_machine_neither_gets_in_nor_reads_a_key(secured, m
 
 def test_a_cluster_with_a_certificate_is_asked_with_it(tmp_path, rng):
     ours = Security.temporary()
-    (tmp_path / "cluster.pem").write_text(ours.tls_client_cert + ours.tls_client_key)
+    pem = tmp_path / "cluster.pem"
+    pem.write_text(ours.tls_client_cert + ours.tls_client_key)
+    keys = [f"distributed.comm.tls.{part}" for part in ("ca-file", "client.cert", "client.key")]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Security, "temporary", lambda: ours)
         with local_cluster(1) as client:
             address = client.cluster.scheduler_address
-            with cluster_at(address, tmp_path / "cluster.pem") as there:
+            with dask.config.set(dict.fromkeys(keys, str(pem))), cluster_at(address) as there:
                 assert there.submit(sum, [1, 2]).result(timeout=30) == 3
             patch.setattr("tracker.models.cluster.PATIENCE", 0.5)
             bare = address.replace("tls", "tcp")
-            for wrong in ((address,), (bare,), (bare, tmp_path / "cluster.pem")):
-                with pytest.raises(ClusterError, match="give --tls if it asks"), cluster_at(*wrong):
+            for wrong in (address, bare):
+                with pytest.raises(ClusterError, match="wants a certificate"), cluster_at(wrong):
                     pass
 
 
