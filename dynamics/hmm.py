@@ -20,7 +20,7 @@ from dynamics.chain import (
     side_by_side,
     split_as,
 )
-from dynamics.gaussian import Array, Gaussian, Ints, frozen, inverse_root, transpose
+from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
 from dynamics.kalman import update
 from dynamics.posterior import Switching
 
@@ -66,7 +66,7 @@ def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
     """The posterior of each sequence (T, M), T >= 1; NaN entries were not measured."""
     if not len(ys):
         return []
-    log_lik, lengths = side_by_side(split_as(expected(hmm, np.concatenate(ys)).log_lik, ys), 0.0)
+    log_lik, lengths = side_by_side(split_as(log_likelihoods(hmm, np.concatenate(ys)), ys), 0.0)
     with np.errstate(divide="ignore"):
         log_pi0, log_Pi = np.log(hmm.pi0), np.log(hmm.Pi)
     prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, log_lik, lengths)
@@ -92,28 +92,15 @@ def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:
     )
 
 
-@dataclass(frozen=True)
-class Expected:
-    """T frames under every state: log_lik (T,K) of the measured entries; the whole pose given these, mean
-    (T,K,M), and cov (G,K,M,M) of the G frames `gappy` with missing entries, (K,M,M) if there are none."""
-
-    log_lik: Array
-    mean: Array
-    cov: Array
-    gappy: Ints
-
-
-def expected(hmm: HMM, y: Array) -> Expected:
-    """Likelihood and expectation of poses (T, M) under every state; NaN entries were not measured."""
+def log_likelihoods(hmm: HMM, y: Array) -> Array:
+    """(T, K) log density of poses (T, M) under every state, nats; NaN entries were not measured."""
     K, M = hmm.mean.shape
-    seen = ~np.isnan(y)
-    whole, gappy = np.flatnonzero(seen.all(1)), np.flatnonzero(~seen.all(1))
-    log_lik, mean = np.empty((len(y), K)), np.repeat(y[:, None], K, axis=1)
+    whole = ~np.isnan(y).any(1)
+    log_lik = np.empty((len(y), K))
     root, log_det = inverse_root(hmm.cov)
     white = root @ transpose(y[whole] - hmm.mean[:, None])
     log_lik[whole] = -0.5 * ((white**2).sum(1).T + log_det)
     # A pose is a measurement of itself without noise.
     states = Gaussian(hmm.mean, hmm.cov)
-    filled, log_lik[gappy] = update(states, y[gappy][:, None], np.eye(M), np.zeros((M, M)))
-    mean[gappy] = filled.mean
-    return Expected(log_lik, mean, filled.cov, gappy)
+    _, log_lik[~whole] = update(states, y[~whole][:, None], np.eye(M), np.zeros((M, M)))
+    return log_lik

@@ -1,8 +1,7 @@
 """Learning a hidden Markov model by Baum-Welch (Rabiner 1989, section V) from a k-means start.
 
 An inverse-Wishart prior on the covariances, scaled from the data, and a Dirichlet prior on Pi keep states
-from shrinking onto a few frames. Entries of a pose that were not measured enter the covariances by their
-expectation given the measured ones. The 1999 paper starts its SLDS from such a model.
+from shrinking onto a few frames. The 1999 paper starts its SLDS from such a model.
 """
 
 from collections.abc import Sequence
@@ -12,8 +11,8 @@ import numpy as np
 
 from dynamics.chain import split_as
 from dynamics.gaussian import Array, symmetric, transpose
-from dynamics.hmm import HMM, HMMPosterior, expected, hmm_all
-from dynamics.learning.initialise import check_sequences, clustered, fill, scaled
+from dynamics.hmm import HMM, HMMPosterior, hmm_all
+from dynamics.learning.initialise import clustered, scaled
 from dynamics.learning.mstep import shares
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import STILL, inverse_wishart
@@ -39,15 +38,13 @@ def learn_hmm(
     options: Options = DEFAULTS,
     weights: Array | None = None,
 ) -> HMMFit:
-    """Learn the states of one motion's poses, sequences (T, M), T >= 1; NaN entries were not measured.
+    """Learn the states of one motion's poses, sequences (T, M), T >= 1.
 
     Names, fps, label and weights are as for `em.learn`; of the options order and ridge do not matter.
-    ValueError: no sequences, ones of another shape, or a freedom that was never measured.
     """
-    check_sequences(ys, names, 1)
     w = np.ones(len(ys)) if weights is None else weights / weights.mean()
     y = np.concatenate(ys)
-    spread = np.nanvar(y, axis=0) + STILL
+    spread = y.var(axis=0) + STILL
     prior = _Prior(
         cov=options.prior * 0.1 * spread,
         count=options.prior * (len(names) + 2.0),
@@ -58,7 +55,7 @@ def learn_hmm(
     alike = HMM(
         pi0=np.full(K, 1.0 / K),
         Pi=np.full((K, K), 1.0 / K),
-        mean=np.tile(np.nanmean(y, axis=0), (K, 1)),
+        mean=np.tile(y.mean(axis=0), (K, 1)),
         cov=np.tile(np.diag(spread), (K, 1, 1)),
         names=tuple(names),
         labels=(label,) * K,
@@ -92,15 +89,14 @@ def _maximise(
     hmm: HMM, ys: Sequence[Array], posteriors: Sequence[HMMPosterior], w: Array, prior: _Prior
 ) -> HMM:
     """The M-step; a state that is never visited keeps its parameters where the prior adds no counts."""
-    found = expected(hmm, np.concatenate(ys))
+    y = np.concatenate(ys)[:, None]
     prob = np.concatenate([wn * p.prob for wn, p in zip(w, posteriors, strict=True)])
     n = prob.sum(0)
     visited = n > 1e-9
     share = prob / np.where(visited, n, 1.0)
-    mean = np.where(visited[:, None], (share[..., None] * found.mean).sum(0), hmm.mean)
-    apart = np.sqrt(prob)[..., None] * (found.mean - mean)
+    mean = np.where(visited[:, None], (share[..., None] * y).sum(0), hmm.mean)
+    apart = np.sqrt(prob)[..., None] * (y - mean)
     scatter = transpose(apart.swapaxes(0, 1)) @ apart.swapaxes(0, 1) + np.diag(prior.cov)
-    scatter += (prob[found.gappy][..., None, None] * found.cov).sum(0)
     count = n + prior.count
     cov = symmetric(scatter) / np.where(count > 1e-9, count, 1.0)[:, None, None]
     first = sum(wn * p.prob[0] for wn, p in zip(w, posteriors, strict=True))
@@ -124,7 +120,7 @@ def _log_prior(hmm: HMM, prior: _Prior) -> float:
 
 def _first(ys: Sequence[Array], K: int, seed: int) -> list[HMMPosterior]:
     """Posteriors in which the state of every frame is its cluster by k-means with K clusters."""
-    y = np.concatenate(fill(ys))
+    y = np.concatenate(ys)
     clusters = clustered(scaled(y, np.abs(y).max(axis=0)), K, np.random.default_rng(seed), TRIES)
     probs = split_as(np.eye(K)[clusters], ys)
     return [HMMPosterior(p, p.argmax(1), p[:-1, :, None] * p[1:, None], -np.inf) for p in probs]

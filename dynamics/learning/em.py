@@ -13,7 +13,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, Gaussian, measured_first, symmetric
 from dynamics.layout import Layout, among
-from dynamics.learning.initialise import check_sequences, first_guess
+from dynamics.learning.initialise import first_guess
 from dynamics.learning.mstep import maximise
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import Prior, changes, data_prior, log_prior
@@ -48,7 +48,7 @@ def learn(
     """Learn one motion's switching dynamics.
 
     Args:
-        ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
+        ys: sequences (T, M), T >= 2, one of them longer than the order, in body units (leg lengths, radians).
         names: the M freedoms; `travelling` those that enter the dynamics by their change only.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
         infer: the E-step, called once a round, with the sequences always in one order.
@@ -57,7 +57,6 @@ def learn(
         ValueError: no sequences, unusable ones, or too little data for maximum likelihood.
     """
     w = np.ones(len(ys)) if weights is None else np.asarray(weights, dtype=float)
-    _check(ys, names, w)
     ys, w = _in_order([from_origin(y, names, travelling) for y in ys], w / w.mean())
     layout = Layout(tuple(names), tuple(travelling), options.order)
     prior = data_prior(ys, layout, options)
@@ -155,19 +154,6 @@ def _first_model(
 
 def _in_order(ys: Sequence[Array], weights: Array) -> tuple[list[Array], Array]:
     """Sequences and weights sorted by content, so that the start does not depend on their given order."""
-    keys = [
-        (len(y), np.nan_to_num(y, nan=np.inf).ravel().tolist(), w) for y, w in zip(ys, weights, strict=True)
-    ]
+    keys = [(len(y), y.ravel().tolist(), w) for y, w in zip(ys, weights, strict=True)]
     order = sorted(range(len(ys)), key=lambda n: keys[n])
     return [ys[n] for n in order], weights[order]
-
-
-def _check(ys: Sequence[Array], names: Sequence[str], weights: Array) -> None:
-    check_sequences(ys, names, 2)
-    for n, y in enumerate(ys):
-        if np.isinf(y).any():
-            raise ValueError(f"sequence {n} has infinite entries; mark what was not measured with NaN")
-        if np.isnan(y).all():
-            raise ValueError(f"sequence {n} measured nothing; leave it out")
-    if weights.shape != (len(ys),) or not (weights >= 0.0).all() or not 0.0 < weights.sum() < np.inf:
-        raise ValueError(f"weights must be {len(ys)} numbers, none negative and not all 0; got {weights}")

@@ -1,6 +1,6 @@
-"""The start of EM: checked sequences and initial switching states.
+"""The start of EM: initial switching states.
 
-The states are k-means clusters of poses and velocities, taken as exact measurements with gaps filled.
+The states are k-means clusters of poses and velocities, taken as exact measurements.
 """
 
 import warnings
@@ -9,35 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from dynamics.chain import split_as
-from dynamics.gaussian import Array, Gaussian, Ints, measured_mean
+from dynamics.gaussian import Array, Gaussian, Ints
 from dynamics.layout import Layout
 from dynamics.posterior import Posterior
 
 
-def check_sequences(ys: Sequence[Array], names: Sequence[str], least: int) -> None:
-    """ValueError unless there are sequences (T, M) of `least` frames that measured every freedom named."""
-    if not len(ys):
-        raise ValueError("learning needs at least one sequence; got none")
-    for n, y in enumerate(ys):
-        if y.ndim != 2 or y.shape[1] != len(names) or len(y) < least:
-            raise ValueError(f"sequence {n} must be (T, {len(names)}) with T >= {least}; got {y.shape}")
-    never = np.isnan(np.concatenate(ys)).all(0)
-    if never.any():
-        raise ValueError(f"freedom {names[int(never.argmax())]!r} was never measured; leave it out")
-
-
-def fill(ys: Sequence[Array]) -> list[Array]:
-    """The sequences with NaN entries interpolated linearly and ends held.
-
-    A freedom that a sequence never measured takes its mean over the others, or 0.
-    """
-    mean = measured_mean(np.concatenate(ys))
-    return [_filled(y, mean) for y in ys]
-
-
 def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
     """Posteriors that take each frame's k-means cluster of K as its state; sequences (T, M), T >= 2."""
-    ys = fill(ys)
     labels = split_as(clustered(_features(ys, layout), K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]
 
@@ -65,15 +43,6 @@ def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -
     squares = [((points[:, None] - centres) ** 2).sum(-1) for centres in found]
     nearest = min(squares, key=lambda square: float(square.min(1).sum()))
     return np.asarray(nearest.argmin(1))
-
-
-def _filled(y: Array, mean: Array) -> Array:
-    seen, filled = ~np.isnan(y), y.copy()
-    t = np.arange(len(y))
-    for i in np.flatnonzero(~seen.all(0)):
-        at = seen[:, i]
-        filled[:, i] = np.interp(t, t[at], y[at, i]) if at.any() else mean[i]
-    return filled
 
 
 def _features(ys: Sequence[Array], layout: Layout) -> Array:

@@ -3,10 +3,6 @@
 Pavlović et al. (1999), section 2.3, with corrected limits of the sums (sums over steps have T - 1 terms and
 never cross from one sequence to the next), an affine offset, weights per sequence and priors. All statistics
 are computed before any parameter.
-
-Where only part of a frame's entries was measured, the noise w = y - C x of the others is completed by its
-moments given that of the measured, w_m | w_o ~ N(R_mo R_oo^-1 w_o, R_mm - R_mo R_oo^-1 R_om), with R from
-before; frames without any measurement are left out of R.
 """
 
 from collections.abc import Sequence
@@ -14,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dynamics.gaussian import Array, Flags, symmetric, transpose
+from dynamics.gaussian import Array, symmetric, transpose
 from dynamics.learning.prior import Prior
 from dynamics.learning.regression import solve
 from dynamics.posterior import Posterior
@@ -30,7 +26,7 @@ def maximise(
 
     Args:
         slds, posteriors: the system, and its posterior for each sequence by any inference.
-        ys, weights: sequences (T, M), NaN where not measured, and how much each counts.
+        ys, weights: sequences (T, M), and how much each counts.
 
     Raises:
         numpy.linalg.LinAlgError: without priors, if a state is entered less often than it has coefficients.
@@ -97,28 +93,12 @@ def _start(posteriors: Sequence[Posterior], weights: Array, prior: Prior) -> tup
 def _measurement_noise(
     slds: SLDS, ys: Sequence[Array], posteriors: Sequence[Posterior], weights: Array, prior: Prior
 ) -> Array:
-    """R from the residuals of every frame with a measurement."""
-    y, w = np.concatenate(ys), np.repeat(weights, [len(y) for y in ys])
-    cov = np.concatenate([p.states.cov for p in posteriors])
-    seen = ~np.isnan(y)
-    e = np.where(seen, y - np.concatenate([p.states.mean for p in posteriors]) @ slds.C.T, 0.0)
-    full = seen.all(1)
-    part = seen.any(1) & ~full
-    spread = slds.C @ np.tensordot(w[full], cov[full], 1) @ slds.C.T
-    scatter = np.diag(prior.R) + (w[full] * e[full].T) @ e[full] + spread
-    if part.any():
-        moments = e[part, :, None] * e[part, None, :] + slds.C @ cov[part] @ slds.C.T
-        scatter = scatter + np.tensordot(w[part], _completed(moments, seen[part], slds.R), 1)
-    return symmetric(scatter / (prior.R_count + w[full | part].sum()))
-
-
-def _completed(moments: Array, seen: Flags, R: Array) -> Array:
-    """E[w w'] of all entries' noise from that of the measured entries: moments (n, M, M), seen (n, M)."""
-    both = seen[:, :, None] & seen[:, None, :]
-    known = np.where(seen[:, None, :], R, 0.0)
-    gain = transpose(np.linalg.solve(np.where(both, R, np.eye(len(R))), transpose(known)))
-    completed: Array = gain @ moments @ transpose(gain) + R - gain @ transpose(known)
-    return completed
+    """R from the residuals of every frame."""
+    w = np.repeat(weights, [len(y) for y in ys])
+    e = np.concatenate(ys) - np.concatenate([p.states.mean for p in posteriors]) @ slds.C.T
+    cov = np.tensordot(w, np.concatenate([p.states.cov for p in posteriors]), 1)
+    scatter = np.diag(prior.R) + (w * e.T) @ e + slds.C @ cov @ slds.C.T
+    return symmetric(scatter / (prior.R_count + w.sum()))
 
 
 def shares(counts: Array, fallback: Array) -> Array:

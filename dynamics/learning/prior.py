@@ -1,7 +1,7 @@
 """The priors of learning, scaled from the data so that units do not matter.
 
 Inverse-Wishart on Q, on R and on the first frame's covariance, Dirichlet on Pi and pi0, and a ridge of the
-regression towards constant velocity (matrix-normal given Q). Spreads are those of the measured entries.
+regression towards constant velocity (matrix-normal given Q).
 """
 
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.gaussian import Array, measured_mean
+from dynamics.gaussian import Array
 from dynamics.layout import Layout
 from dynamics.learning.options import Options
 from dynamics.learning.regression import Ridge
@@ -38,10 +38,10 @@ class Prior:
 
 
 def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
-    """Priors scaled from the spread of the measured entries (NaN: not measured); all zero at strength 0."""
+    """Priors scaled from the spread of the poses; all zero at strength 0."""
     d, N = layout.d, layout.N
-    spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, layout.order)
-    speed = measured_mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
+    spread, change = changes(ys, 0), changes(ys, layout.order)
+    speed = (np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2).mean(axis=0)
     frames = sum(len(y) for y in ys)
     strength = options.prior * options.ridge * _regressor_sizes(ys, layout) * frames / (4.0 * options.states)
     # A travelling freedom starts near its first place, however far it goes.
@@ -58,16 +58,8 @@ def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
 
 
 def changes(ys: Sequence[Array], order: int) -> Array:
-    """(d,) variance of the change that the dynamics must explain: of velocity, or at first order of place.
-
-    The next lower difference where a freedom was never measured in enough successive frames.
-    """
-    change = np.zeros(ys[0].shape[1])
-    for n in range(order + 1):
-        differences = np.concatenate([np.diff(y, n=n, axis=0) for y in ys])
-        enough = (~np.isnan(differences)).sum(0) >= min(n, 1) + 1
-        change = np.where(enough, _variance(differences), change)
-    return change + STILL
+    """(d,) variance of the change that the dynamics must explain: of velocity, or at first order of place."""
+    return np.asarray(np.concatenate([np.diff(y, n=order, axis=0) for y in ys]).var(axis=0) + STILL)
 
 
 def log_prior(slds: SLDS, prior: Prior) -> float:
@@ -96,17 +88,7 @@ def inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
 
 
 def _regressor_sizes(ys: Sequence[Array], layout: Layout) -> Array:
-    """(N' + 1,) mean square of each regressor over the frames in which all its terms were measured."""
+    """(N' + 1,) mean square of each regressor."""
     x = np.concatenate(ys if layout.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
-    gaps = np.isnan(x)
-    regressors = np.where(gaps, 0.0, x) @ layout.regard.T
-    regressors[gaps.astype(float) @ np.abs(layout.regard.T) > 0] = np.nan
-    size = measured_mean(regressors**2)
-    # A velocity that never had two successive measured frames takes the size of changes of place.
-    involved = np.abs(layout.regard).reshape(len(layout.regard), layout.order, layout.d).max(1)
-    size = np.where(np.isnan(regressors).all(0), involved @ changes(ys, 1), size)
+    size = ((x @ layout.regard.T) ** 2).mean(axis=0)
     return np.append(np.where(size > 0, size, 1.0), 1.0)
-
-
-def _variance(values: Array) -> Array:
-    return measured_mean((values - measured_mean(values)) ** 2)

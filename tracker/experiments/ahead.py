@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMM, expected
+from dynamics.hmm import HMM, log_likelihoods
 from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
@@ -80,7 +80,7 @@ def hmm_forecast(hmm: HMM, y: Array, horizon: int) -> Array:
     """(T + horizon, M) mean of the pose from the frames up to t - horizon; NaN where there are none."""
     ahead, prob = np.linalg.matrix_power(hmm.Pi, horizon), hmm.pi0
     means = np.full((len(y) + horizon, y.shape[1]), np.nan)
-    for t, log_lik in enumerate(expected(hmm, y).log_lik):
+    for t, log_lik in enumerate(log_likelihoods(hmm, y)):
         prior = prob if t == 0 else prob @ hmm.Pi
         prob = prior * np.exp(log_lik - log_lik.max())
         prob = prob / prob.sum()

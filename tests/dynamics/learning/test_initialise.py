@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.layout import Layout
-from dynamics.learning.initialise import fill, first_guess
+from dynamics.learning.initialise import first_guess
 
 NAMES = ("x", "hip")
 
@@ -85,30 +85,3 @@ def test_the_same_seed_gives_the_same_start_and_another_seed_another(rng):
 def test_one_switching_state_takes_every_frame(rng):
     ys, _ = two_paces(rng)
     assert_array_equal(guess(ys, 1, Layout(NAMES, ("x",), 2))[0], 0)
-
-
-# Gaps
-
-
-def test_gaps_are_filled_by_straight_lines_and_ends_are_held():
-    nan = np.nan
-    one = np.array([[nan, 1.0], [2.0, nan], [nan, nan], [nan, 4.0], [8.0, nan]])
-    other = np.array([[5.0, nan], [7.0, nan]])
-    filled = fill([one, other])
-    assert_allclose(filled[0], [[2.0, 1.0], [2.0, 2.0], [4.0, 3.0], [6.0, 4.0], [8.0, 4.0]])
-    # What a sequence never measured is at the mean of what the others did.
-    assert_allclose(filled[1], [[5.0, 2.5], [7.0, 2.5]])
-    assert np.isnan(one).any()
-    assert_array_equal(fill([np.full((2, 1), nan)])[0], 0.0)
-
-
-def test_a_start_sees_gaps_as_filled(rng):
-    ys, _ = two_paces(rng)
-    for y in ys:
-        y[rng.random(y.shape) < 0.1] = np.nan
-        y[10:13] = np.nan
-    layout = Layout(NAMES, ("x",), 2)
-    got, posteriors = guess(ys, 2, layout)
-    for p, y in zip(posteriors, fill(ys), strict=True):
-        assert_array_equal(p.states.mean[:, :2], y)
-    assert_array_equal(got, guess(fill(ys), 2, layout)[0])
