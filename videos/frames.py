@@ -30,11 +30,9 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
-UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
 EARLY = (0, 64, 512)  # frames before it at which a key frame is sought: some containers give the next one
 MARKED = 16  # every such frame is marked, so that it is known where a file is entered
 SAMPLE = slice(None, None, 16)  # rows whose sum tells two pictures apart: one in each of a codec's blocks
-REPEATED_FRAMES, REPEATED_SHARE = 3, 0.1  # the same for frames that repeat the one before
 FEWEST_FIELDS = 3  # interlaced frames from which on a film is called interlaced
 
 
@@ -52,13 +50,7 @@ class Frame:
     image: Image
 
     def __post_init__(self) -> None:
-        if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
-            raise ValueError(
-                f"image must be (height, width, 3) uint8, not {self.image.shape} {self.image.dtype}"
-            )
-        image = self.image.view()
-        image.setflags(write=False)
-        object.__setattr__(self, "image", image)
+        self.image.setflags(write=False)
 
 
 class Video:
@@ -73,12 +65,6 @@ class Video:
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
-    gaps          : one line if a folder's numbers have gaps or occur twice, else None
-    retimed       : after a pass, one line if times that repeat or go back were put right, else None
-    uneven        : after a pass, one line if many frames follow early or late, else None
-    repeated      : after a pass, one line if many frames repeat the one before, else None
-    interlaced    : after a pass, one line if most frames are of two fields, else None
-    stretched     : one line if pixels are not square, else None
     untimed       : one line on the frame rate of a folder, else None
     mended        : after a pass, how many damaged pictures the decoder repaired; others may refuse them
 
@@ -90,8 +76,6 @@ class Video:
     def __init__(self, path: str | Path, rate: float = 1.0) -> None:
         self.path = Path(path)
         self.cut_short: str | None = None
-        self.gaps: str | None = None
-        self.stretched: str | None = None
         self.untimed: str | None = None
         self._images: list[Path] = []
         if not self.path.exists():
@@ -103,13 +87,13 @@ class Video:
                 f"second track with --rate {USUAL_FPS:g}/N"
             )
             self._images = _numbered_images(self.path)
-            self.gaps = _gaps(self.path, self._images)
+            self._about = _gaps(self.path, self._images)
             self.count_hint: int | None = len(self._images)
         else:
             with opened(self.path) as container:
                 stream = video_stream(container, self.path)
                 self.played, self.count_hint = announced(container, stream)
-                self.stretched = stretched(self.path, stream)
+                self._about = stretched(self.path, stream)
 
         self.rate, self.fps = rate, self.played / rate
         self.width = self.height = 0  # until a frame is read
@@ -132,48 +116,13 @@ class Video:
             yield frame
 
     @property
-    def retimed(self) -> str | None:
-        if not (wrong := self._times.wrong):
-            return None
-        times = "one time" if wrong == 1 else f"{wrong} times"
-        return (
-            f"{times} of frames in {self.path.name} did not grow and were put right; figures by time may be "
-            "off there"
-        )
-
-    @property
-    def uneven(self) -> str | None:
-        times = self._times
-        if times.wrong or times.uneven <= max(UNEVEN_FRAMES, UNEVEN_SHARE * times.count):
-            return None
-        return (
-            f"{times.uneven} of {times.count} frames of {self.path.name} come early or late for "
-            f"{self.played:.4g} a second; motion is taken as if they were even"
-        )
-
-    @property
-    def repeated(self) -> str | None:
-        seen = self._repeats
-        if seen.repeats <= max(REPEATED_FRAMES, REPEATED_SHARE * seen.count):
-            return None
-        once = self.played * (seen.count - seen.repeats) / seen.count
-        return (
-            f"{seen.repeats} of {seen.count} frames of {self.path.name} repeat the one before, as if it was "
-            f"filmed at {once:.3g} a second; convert it to that, or fast steps are followed less well"
-        )
-
-    @property
-    def interlaced(self) -> str | None:
-        if 2 * self._fields <= max(self._times.count, FEWEST_FIELDS):
-            return None
-        return f"{self.path.name} is interlaced, each frame of two moments; deinterlace it for sharper limbs"
-
-    @property
     def notes(self) -> list[str]:
-        """What a pass over the video repaired or left out, a line each."""
-        timed = (self.retimed, self.uneven, self.repeated)
-        said = (self.cut_short, *timed, self.interlaced, self.stretched, self.gaps)
-        return [line for line in said if line]
+        """What a pass over the video repaired or left out, and what its pictures lack, a line each."""
+        name, times, seen, interlaced = self.path.name, self._times, self._repeats, None
+        if 2 * self._fields > max(times.count, FEWEST_FIELDS):
+            interlaced = f"{name} is interlaced, each frame of two moments; deinterlace it for sharper limbs"
+        timed = (times.note(name, self.played), seen.note(name, self.played))
+        return [line for line in (self.cut_short, *timed, interlaced, self._about) if line]
 
     def pictures(self, first: int, last: int, every: int = 1) -> Iterator[Image]:
         """The pictures of every `every`-th of the frames first .. last.

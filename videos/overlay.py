@@ -6,12 +6,12 @@ pixel.
 
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import groupby
+from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from videos.upright import Image
 
@@ -32,8 +32,7 @@ SHIFT = 4  # OpenCV draws at fractions of 1 / 2**SHIFT pixel
 FARTHEST = 1e6
 
 
-@dataclass(frozen=True)
-class Segment:
+class Segment(NamedTuple):
     """A straight line with round ends.
 
     start, end : (2,) pixels
@@ -46,15 +45,8 @@ class Segment:
     color: Color
     width: float = 3.0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "start", _frozen("start", self.start, (2,)))
-        object.__setattr__(self, "end", _frozen("end", self.end, (2,)))
-        if not self.width > 0.0:
-            raise ValueError(f"width must be positive, not {self.width}")
 
-
-@dataclass(frozen=True)
-class Ellipse:
+class Ellipse(NamedTuple):
     """The uncertainty of a point, drawn at two standard deviations.
 
     center : (2,) pixels
@@ -65,14 +57,6 @@ class Ellipse:
     center: Array
     cov: Array
     color: Color
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "center", _frozen("center", self.center, (2,)))
-        object.__setattr__(self, "cov", _frozen("cov", self.cov, (2, 2)))
-        variances = np.linalg.eigvalsh(self.cov)
-        # Rounding may leave a variance that should be 0 slightly below it.
-        if variances[0] < -1e-9 * max(1.0, variances[1]):
-            raise ValueError(f"cov must be positive semi-definite; an eigenvalue is {variances[0]:.3g}")
 
 
 def draw(
@@ -164,11 +148,3 @@ def _plain(text: str) -> str:
     """The text in ASCII, all that OpenCV draws: accents are dropped, other letters become question marks."""
     letters = unicodedata.normalize("NFKD", text)
     return "".join(c for c in letters if not unicodedata.combining(c)).encode("ascii", "replace").decode()
-
-
-def _frozen(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.array(value, dtype=np.float64)
-    if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"{name} must be {shape} finite numbers, not {array.tolist()}")
-    array.setflags(write=False)
-    return array

@@ -11,7 +11,9 @@ FASTEST = 1000.0  # frames a second
 PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a first picture that is held
 UNLIKE = 0.1  # share by which pauses must change the average rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
+UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
 ALIKE = 5  # pictures alike in a row by a conversion
+REPEATED_FRAMES, REPEATED_SHARE = 3, 0.1  # number, share of frames that repeat the one before, as above
 # Ticks a second of a written film: frames at 24, 25, 30, 29.97, 50, 60 and 120 a second take whole numbers.
 CLOCK = 90_000
 CLOSE = 1.8 / CLOCK  # seconds; what grows by less repeats, and might be one tick there
@@ -77,6 +79,21 @@ class Growing:
         self.last = time
         return time
 
+    def note(self, name: str, fps: float) -> str | None:
+        """One line if times of a film of this name and nominal rate were corrected, or many are uneven."""
+        if self.wrong:
+            times = "one time" if self.wrong == 1 else f"{self.wrong} times"
+            return (
+                f"{times} of frames in {name} did not grow and were put right; figures by time may be off "
+                "there"
+            )
+        if self.uneven <= max(UNEVEN_FRAMES, UNEVEN_SHARE * self.count):
+            return None
+        return (
+            f"{self.uneven} of {self.count} frames of {name} come early or late for {fps:.4g} a second; "
+            "motion is taken as if they were even"
+        )
+
 
 @dataclass
 class Repeats:
@@ -102,3 +119,13 @@ class Repeats:
         elif self._run == ALIKE + 1:
             self.repeats -= ALIKE - 1
         self._last = checksum
+
+    def note(self, name: str, fps: float) -> str | None:
+        """One line if many frames of a film of this name and nominal rate repeat the one before."""
+        if self.repeats <= max(REPEATED_FRAMES, REPEATED_SHARE * self.count):
+            return None
+        once = fps * (self.count - self.repeats) / self.count
+        return (
+            f"{self.repeats} of {self.count} frames of {name} repeat the one before, as if it was "
+            f"filmed at {once:.3g} a second; convert it to that, or fast steps are followed less well"
+        )

@@ -27,26 +27,20 @@ class Writer:
 
     Args:
         path: final name; a file already there is replaced when the new one is complete.
-        fps: nominal frames per second, and the step between frames written without a time.
+        fps: nominal frames per second, at most CLOCK.
         size: (width, height) of every image, pixels; odd sizes are padded by repeating the last
             column and row, because h264 in browsers takes even sizes only.
         crf: quality, 0 (lossless) to 51 (worst).
         quick: whether encoding is to cost about a quarter of the time, for a file up to a half larger.
 
     Raises:
-        ValueError: fps, size or crf out of range; an image of another size; a time that does not grow.
+        ValueError: an image of another size; a time that does not grow.
         VideoError: the folder does not exist or cannot be written; no image was written.
     """
 
     def __init__(
         self, path: str | Path, fps: float, size: tuple[int, int], *, crf: int = CRF, quick: bool = False
     ) -> None:
-        if not 0.0 < fps <= CLOCK:
-            raise ValueError(f"fps must be a positive number of frames per second, not {fps}")
-        if min(size) < 1:
-            raise ValueError(f"size must be (width, height) in pixels, at least 1 each, not {size}")
-        if not 0 <= crf <= 51:
-            raise ValueError(f"crf must be between 0 and 51, not {crf}")
         self.path = Path(path)
         self.fps, self.size, self.crf, self.quick = fps, size, crf, quick
         self._part = self.path.with_name(f".{self.path.name}.part")
@@ -76,21 +70,14 @@ class Writer:
         codec.colorspace = codec.color_primaries = codec.color_trc = codec.color_range = 1
         return self
 
-    def write(self, image: Image, time: float | None = None) -> None:
-        """Append one (height, width, 3) uint8 RGB image, shown at `time` seconds.
-
-        Without a time it follows the image before it by 1 / fps; the first is then at 0.
-        """
+    def write(self, image: Image, time: float) -> None:
+        """Append one (height, width, 3) uint8 RGB image, shown at `time` seconds."""
         width, height = self.size
         if image.dtype != np.uint8 or image.shape != (height, width, 3):
             raise ValueError(
                 f"image must be ({height}, {width}, 3) uint8 like the video, not {image.shape} {image.dtype}"
             )
-        step = CLOCK / self.fps
-        if time is not None:
-            ticks = round(time * CLOCK)
-        else:
-            ticks = 0 if self._last is None else round(self._last + step)
+        ticks = round(time * CLOCK)
         if self._last is not None and ticks <= self._last:
             raise ValueError(
                 f"times must grow from frame to frame; {time} s comes after {self._last / CLOCK:.4f} s"
@@ -99,7 +86,7 @@ class Writer:
         padded = cv2.copyMakeBorder(image, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
         frame = av.VideoFrame.from_ndarray(padded.astype(np.uint8, copy=False), format="rgb24")
         frame = self._coded.reformat(frame, format="yuv420p", dst_colorspace=Colorspace.ITU709)
-        frame.pts, frame.time_base, frame.duration = ticks, Fraction(1, CLOCK), round(step)
+        frame.pts, frame.time_base, frame.duration = ticks, Fraction(1, CLOCK), round(CLOCK / self.fps)
         self._container.mux(self._stream.encode(frame))
         self._last = ticks
 

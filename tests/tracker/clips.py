@@ -73,7 +73,7 @@ def points_of(joints):
 def write_video(path, images, times=None, fps=FPS):
     height, width = images[0].shape[:2]
     with Writer(path, fps, (width, height), crf=16) as writer:
-        for image, time in zip(images, times or [None] * len(images), strict=True):
+        for image, time in zip(images, times or np.arange(len(images)) / fps, strict=True):
             writer.write(image, time)
 
 

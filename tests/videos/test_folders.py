@@ -50,8 +50,8 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
 )
 def test_numbers_that_are_left_out_or_given_twice_are_said(names, said, tmp_path):
     write_images(tmp_path, names)
-    gaps = Video(tmp_path).gaps
-    assert gaps is None if said is None else said in gaps
+    notes = Video(tmp_path).notes
+    assert notes == [] if said is None else said in notes[0]
 
 
 def test_images_of_another_size_are_an_error_that_names_the_file(tmp_path):

@@ -23,7 +23,7 @@ from tests.videos.clips import (
 )
 from videos import recall
 from videos.container import VideoError, decode
-from videos.frames import Frame, Video
+from videos.frames import Video
 
 
 def test_every_frame_comes_back_in_order_with_its_content_and_time(tmp_path):
@@ -117,11 +117,6 @@ def test_frames_are_read_only(tmp_path):
     frame = next(iter(Video(make_clip(tmp_path / "walk.mp4", [picture(0)]))))
     with pytest.raises(ValueError, match="read-only"):
         frame.image[0, 0] = 0
-
-
-def test_a_frame_refuses_anything_but_rgb_bytes():
-    with pytest.raises(ValueError, match=r"must be \(height, width, 3\) uint8"):
-        Frame(0, 0.0, np.zeros((4, 4), np.uint8))
 
 
 @pytest.mark.parametrize(("ratio", "said"), [("4/3", 1), ("1/1", 0), ("1001/1000", 0)])

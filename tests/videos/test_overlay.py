@@ -133,17 +133,3 @@ def test_text_stands_on_its_base_and_is_as_high_as_asked():
     rows = np.nonzero(canvas.any((1, 2)))[0]
     # A pen of 3 pixels overhangs half its width above and below, and its smooth rim one more.
     assert_allclose([rows[0], rows[-1]], [20, 50], atol=3)
-
-
-def test_a_covariance_that_is_none_is_an_error():
-    with pytest.raises(ValueError, match="cov must be positive semi-definite"):
-        Ellipse((0, 0), [[1.0, 2.0], [2.0, 1.0]], NEAR)
-
-
-def test_places_that_are_no_numbers_are_errors():
-    with pytest.raises(ValueError, match="end must be"):
-        Segment((0, 0), (np.nan, 0), NEAR)
-    with pytest.raises(ValueError, match="center must be"):
-        Ellipse((0, 0, 0), np.eye(2), NEAR)
-    with pytest.raises(ValueError, match="width must be positive"):
-        Segment((0, 0), (1, 0), NEAR, 0.0)

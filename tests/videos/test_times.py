@@ -23,10 +23,10 @@ def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
     # The container rounds to its own clock, no coarser than a millisecond.
     assert_allclose([frame.time for frame in video], np.array(ticks) / 1000, atol=1e-3)
     assert video.cut_short is None
-    assert video.uneven == (
+    assert video.notes == [
         f"4 of 6 frames of phone.mp4 come early or late for {video.fps:.4g} a second; motion is taken as if "
         "they were even"
-    )
+    ]
 
 
 @pytest.mark.parametrize(
@@ -114,9 +114,9 @@ def test_joined_recordings_go_on_where_the_one_before_ended(tmp_path):
     times = np.array([frame.time for frame in video])
     assert len(times) == 24
     assert_allclose(np.diff(times), 1 / 30, atol=1e-4)  # MPEG counts in 90000ths of a second
-    assert video.retimed == (
+    assert video.notes == [
         "one time of frames in all.ts did not grow and were put right; figures by time may be off there"
-    )
+    ]
 
 
 def test_times_that_repeat_are_put_between_those_that_stand(tmp_path):
@@ -135,7 +135,7 @@ def test_times_that_repeat_are_put_between_those_that_stand(tmp_path):
     times = [frame.time for frame in video]
     half = 0.5 / video.fps
     assert_allclose(times, [0, 0.033, 0.033 + half, 0.067, 0.1, 0.1 + half, 0.133], atol=1e-9)
-    assert video.retimed.startswith("2 times of frames in screen.mkv did not grow")
+    assert video.notes[0].startswith("2 times of frames in screen.mkv did not grow")
 
 
 def test_times_that_hardly_grow_count_as_repeated_and_can_be_written(tmp_path):

@@ -18,8 +18,8 @@ def two_halves(height, width):
 
 def write_clip(path, count=6, size=(64, 48), fps=25.0, quick=False):
     with Writer(path, fps, size, quick=quick) as writer:
-        for _ in range(count):
-            writer.write(two_halves(size[1], size[0]))
+        for t in range(count):
+            writer.write(two_halves(size[1], size[0]), t / fps)
 
 
 @pytest.mark.parametrize("quick", [False, True])
@@ -62,20 +62,20 @@ def test_odd_sizes_grow_by_their_last_column_and_row(tmp_path):
     assert_allclose(image[:, 33].mean(0), BLUE, atol=10)
 
 
-def test_frames_keep_the_times_they_are_given_and_one_without_follows_at_the_nominal_rate(tmp_path):
+def test_frames_keep_the_times_they_are_given(tmp_path):
     with Writer(tmp_path / "overlay.mp4", 10.0, (32, 32)) as writer:
-        for time in (0.5, 0.53, 0.6, 0.61, 0.9, None):
+        for time in (0.5, 0.53, 0.6, 0.61, 0.9):
             writer.write(two_halves(32, 32), time)
     found = [frame.time for frame in Video(tmp_path / "overlay.mp4")]
-    assert_allclose(found, [0.5, 0.53, 0.6, 0.61, 0.9, 1.0], atol=1e-4)
+    assert_allclose(found, [0.5, 0.53, 0.6, 0.61, 0.9], atol=1e-4)
 
 
 @pytest.mark.parametrize("written", [0, 3, 80])
 def test_an_interrupted_writer_leaves_nothing(tmp_path, written):
     def interrupted():
         with Writer(tmp_path / "overlay.mp4", 25.0, (64, 48)) as writer:
-            for _ in range(written):
-                writer.write(two_halves(48, 64))
+            for t in range(written):
+                writer.write(two_halves(48, 64), t / 25.0)
             assert not (tmp_path / "overlay.mp4").exists()
             raise KeyboardInterrupt
 
@@ -91,8 +91,8 @@ def test_an_earlier_video_is_replaced_by_a_complete_one_and_by_no_other(tmp_path
 
     def broken():
         with Writer(path, 25.0, (64, 48)) as writer:
-            writer.write(two_halves(48, 64))
-            writer.write(two_halves(50, 64))
+            writer.write(two_halves(48, 64), 0.0)
+            writer.write(two_halves(50, 64), 0.04)
 
     with pytest.raises(ValueError, match="like the video"):
         broken()
@@ -123,24 +123,10 @@ def test_times_that_do_not_grow_are_an_error(tmp_path):
             writer.write(two_halves(32, 32), 0.2)
 
 
-@pytest.mark.parametrize(
-    ("fps", "size", "crf", "words"),
-    [
-        (0.0, (8, 8), 20, "fps must be a positive"),
-        (float("nan"), (8, 8), 20, "fps must be a positive"),
-        (25.0, (0, 8), 20, "size must be"),
-        (25.0, (8, 8), 52, "crf must be"),
-    ],
-)
-def test_settings_out_of_range_are_errors(tmp_path, fps, size, crf, words):
-    with pytest.raises(ValueError, match=words):
-        Writer(tmp_path / "a.mp4", fps, size, crf=crf)
-
-
 def test_a_larger_crf_makes_a_smaller_file(tmp_path, rng):
     images = [rng.integers(0, 256, (48, 64, 3), dtype=np.uint8) for _ in range(5)]
     for crf in (15, 40):
         with Writer(tmp_path / f"{crf}.mp4", 25.0, (64, 48), crf=crf) as writer:
-            for image in images:
-                writer.write(image)
+            for t, image in enumerate(images):
+                writer.write(image, t / 25.0)
     assert (tmp_path / "40.mp4").stat().st_size < 0.5 * (tmp_path / "15.mp4").stat().st_size

@@ -66,8 +66,8 @@ def write_scene(scene: Scene, folder: Path) -> tuple[Path, Path]:
     video, marks = folder / "walk.mp4", folder / "walk.keypoints.csv"
     height, width = scene.images[0].shape[:2]
     with Writer(video, scene.fps, (width, height), crf=CRF) as writer:
-        for image in scene.images:
-            writer.write(np.asarray(image))
+        for t, image in enumerate(scene.images):
+            writer.write(np.asarray(image), t / scene.fps)
     rows = ((t, name, f"{x:.2f}", f"{y:.2f}", seen) for t, name, x, y, seen in truth_table(scene))
     write_table(marks, ("frame", "keypoint", "x", "y", "visible"), rows)
     return video, marks

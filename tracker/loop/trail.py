@@ -23,14 +23,9 @@ class Trail:
     """
 
     def __init__(self, freedoms: int, foreseen: int = ROOM) -> None:
-        room = min(max(foreseen, ROOM), MOST)
-        self._columns: dict[str, NDArray[Any]] = {
-            "mean": np.empty((room, freedoms)),
-            "cov": np.empty((room, freedoms, freedoms), np.float32),
-            "s": np.empty(room, np.intp),
-            "moved": np.empty((room, 3)),
-            "misfit": np.empty(room),
-        }
+        numbers = [("mean", float, freedoms), ("s", np.intp), ("moved", float, 3), ("misfit", float)]
+        row = np.dtype([*numbers, ("cov", np.float32, (freedoms, freedoms))])
+        self._rows: NDArray[Any] = np.empty(min(max(foreseen, ROOM), MOST), row)
         self.outcome: list[Outcome] = []
 
     def __len__(self) -> int:
@@ -38,23 +33,26 @@ class Trail:
 
     def column(self, name: str) -> NDArray[Any]:
         """A column over all frames: mean (T, D), cov (T, D, D), s (T,), moved (T, 3) or misfit (T,)."""
-        return self._columns[name][: len(self)]
+        return self._rows[name][: len(self)]
 
     def append(self, estimate: Estimate) -> None:
         """Append the estimate of one further frame."""
-        t = len(self)
-        if t == len(self._columns["s"]):
-            self._make_room()
-        pose = estimate.pose
-        row = (pose.mean, pose.cov, estimate.s, estimate.moved, estimate.misfit)
-        for column, value in zip(self._columns.values(), row, strict=True):
-            column[t] = value
+        t, pose = len(self), estimate.pose
+        if t == len(self._rows):
+            longer = np.empty(2 * t, self._rows.dtype)
+            longer[:t] = self._rows
+            self._rows = longer
+        self._rows[t] = pose.mean, estimate.s, estimate.moved, estimate.misfit, pose.cov
         self.outcome.append(estimate.outcome)
 
     def pop(self, frames: int) -> list[Estimate]:
         """Remove and return the last frames."""
-        first = len(self) - frames
-        found = [self._row(t) for t in range(first, len(self))]
+        first, found = len(self) - frames, []
+        for (mean, s, moved, misfit, cov), outcome in zip(
+            self._rows[first : len(self)].copy(), self.outcome[first:], strict=True
+        ):
+            pose = Gaussian(mean, cov.astype(np.float64))
+            found.append(Estimate(pose, int(s), outcome, NOTHING, moved, float(misfit)))
         del self.outcome[first:]
         return found
 
@@ -65,19 +63,6 @@ class Trail:
 
     def reverse(self) -> None:
         """Reverse the order of the frames in place."""
-        for column in self._columns.values():
-            rows = column[: len(self)]
-            rows[:] = rows[::-1]
+        rows = self._rows[: len(self)]
+        rows[:] = rows[::-1].copy()
         self.outcome.reverse()
-
-    def _make_room(self) -> None:
-        for name, column in self._columns.items():
-            longer = np.empty((2 * len(column), *column.shape[1:]), column.dtype)
-            longer[: len(column)] = column
-            self._columns[name] = longer
-
-    def _row(self, t: int) -> Estimate:
-        mean, cov, s, moved, misfit = (column[t].copy() for column in self._columns.values())
-        return Estimate(
-            Gaussian(mean, cov.astype(np.float64)), int(s), self.outcome[t], NOTHING, moved, float(misfit)
-        )

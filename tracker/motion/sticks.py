@@ -45,8 +45,9 @@ def write_clip(y: Array, captions: Sequence[str], fps: float, path: Path, progre
     """Write an mp4 of poses y (T, 8) in body units, with one caption a frame."""
     frames = zip(sticks(y, fps), np.nan_to_num(y[:, 0]), captions, strict=True)
     with Writer(path, fps, SIZE) as writer:
-        for links, travelled, caption in progress.through("drawing the clip", frames, len(y)):
-            writer.write(_frame(links, float(travelled), caption))
+        for t, shown in enumerate(progress.through("drawing the clip", frames, len(y))):
+            links, travelled, caption = shown
+            writer.write(_frame(links, float(travelled), caption), t / fps)
 
 
 def _ground(lowest: Array, reach: int) -> Array:

@@ -4,8 +4,6 @@ Such a change multiplies linear light, and with it, about, the stored grey level
 Shares are of the stored grey levels.
 """
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 
@@ -15,31 +13,21 @@ BRIGHT = 50  # percentile of lightness from which light is measured: noise is a 
 WHITE = 250  # lightness or level from which a pixel may be overexposed, and does not show a change of light
 
 
-@dataclass(frozen=True)
-class Light:
-    """The light of a picture.
-
-    share : of the scene's light
-    apart : median distance of single pixels' shares from it, natural logarithm
-    """
-
-    share: float = 1.0
-    apart: float = 0.0
-
-
-def light_of(image: Image, lab: Planes, known: Flags) -> Light:
+def light_of(image: Image, lab: Planes, known: Flags) -> tuple[float, float]:
     """The light of a picture (h, w, 3), Lab, uint8, by the scene's grey levels where these are known (h, w).
 
-    It is that of the scene if they nowhere are.
+    Returns:
+        Its share of the scene's light, and the median distance of single pixels' shares from it, natural
+        logarithm; 1 and 0 if the scene is nowhere known.
     """
     known = known & (image[..., 0] < WHITE) & (lab[..., 0] < WHITE)
     if not known.any():
-        return Light()
+        return 1.0, 0.0
     levels = _greys()
     now, scene = levels[image[known, 0]], np.interp(lab[known, 0], np.arange(LEVELS), levels)
     shares = np.log((now / scene)[scene >= np.percentile(scene, BRIGHT)])
     share = np.median(shares)
-    return Light(float(np.exp(share)), float(np.median(np.abs(shares - share))))
+    return float(np.exp(share)), float(np.median(np.abs(shares - share)))
 
 
 def relit(image: Image, share: float) -> Image:

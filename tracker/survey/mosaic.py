@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tracker.picture.light import Light, light_of, relit_lab
-from tracker.picture.pyramid import Array, Flags, Image, Ints, Planes
-from tracker.survey.median import BEYOND, medians
+from tracker.compiled import compiled
+from tracker.picture.light import light_of, relit_lab
+from tracker.picture.pyramid import LEVELS, Array, Flags, Image, Ints, Planes
 
 FEWEST = 5  # frames that must show a place
 NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # noise of coding and light in L, a and b, grey levels
@@ -31,6 +31,7 @@ LITTLE = 0.05  # change of light, natural logarithm, up to which it is called st
 COMMON = 0.25  # of a change common to the picture, share by which the median pixel's change deviates at most
 ROUNDS = 3  # of measuring the light by the scene that the round before gave
 LINEAR = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+BEYOND = 255  # value of missing pixels, which sort last
 LARGEST = 6.0  # largest area of the mosaic in pictures; the scene beyond it stays unknown
 
 
@@ -63,8 +64,8 @@ class Scene:
         known = share == 255  # wherever no unknown place is mixed in
         return _seen(self.lab, way, size), _seen(self.spread, way, size), known
 
-    def light(self, image: Image, place: Array) -> Light:
-        """The light of a picture (h, w, 3), Lab, uint8, with a place as in `seen`."""
+    def light(self, image: Image, place: Array) -> tuple[float, float]:
+        """The light of a picture (h, w, 3), Lab, uint8, with a place as in `seen`; see `light_of`."""
         some = image[::SOME, ::SOME]
         lab, _, known = self.seen(place @ np.diag([SOME, SOME, 1.0]), some.shape[1::-1])
         return light_of(some, lab, known)
@@ -78,12 +79,12 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
     as_filmed = scene = _scene(images, places)
     for _ in range(ROUNDS):
         lights = [scene.light(image, place) for image, place in zip(images, places, strict=True)]
-        changes = np.abs(np.log([light.share for light in lights]))
+        changes = np.abs(np.log([share for share, _ in lights]))
         if changes.max() <= LITTLE:
             return as_filmed
-        even = [relit_lab(image, light.share) for image, light in zip(images, lights, strict=True)]
+        even = [relit_lab(image, share) for image, (share, _) in zip(images, lights, strict=True)]
         scene = replace(_scene(even, places), steady=False)
-    apart = np.array([light.apart for light in lights]) / np.maximum(changes, LITTLE)
+    apart = np.array([apart for _, apart in lights]) / np.maximum(changes, LITTLE)
     return scene if np.median(apart[changes > LITTLE]) < COMMON else as_filmed
 
 
@@ -130,10 +131,30 @@ def _medians(
         cv2.warpAffine(image, way[:2], size, dst=views[t], borderMode=cv2.BORDER_REPLICATE)
         views[t][~shown[t]] = BEYOND
     number = shown.sum(0)
-    middle = medians(views.copy(), number)
+    middle, spread = np.empty_like(views[0]), np.empty_like(views[0])
+    _lower_medians(views, number, middle)
     away = np.asarray(np.maximum(views, middle) - np.minimum(views, middle), dtype=np.uint8)
     np.copyto(away, BEYOND, where=~shown[..., None])
-    return middle, medians(away, number), number
+    _lower_medians(away, number, spread)
+    return middle, spread, number
+
+
+@compiled()
+def _lower_medians(values: Image, number: Ints, middle: Image) -> None:
+    """Write the lower median of the first `number` (h, w) in order of values (T, h, w, 3) to `middle`."""
+    count = np.zeros(LEVELS, np.intp)
+    for i in range(values.shape[1]):
+        for j in range(values.shape[2]):
+            for c in range(values.shape[3]):
+                for level in range(LEVELS):
+                    count[level] = 0
+                for t in range(len(values)):
+                    count[values[t, i, j, c]] += 1
+                level, fewer = 0, count[0]
+                while fewer <= (max(number[i, j], 1) - 1) // 2:
+                    level += 1
+                    fewer += count[level]
+                middle[i, j, c] = level
 
 
 def apart(light: Array | Planes, contrast: float) -> Array:

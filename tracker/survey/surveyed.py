@@ -52,7 +52,7 @@ class Survey:
         labs = self.held if len(self.held) else (_lab(image, self.size) for image in images)
         for lab, place in zip(labs, self.places, strict=False):
             way = down @ place @ self.up
-            share = 1.0 if self.scene.steady else self.scene.light(lab, way).share
+            share = 1.0 if self.scene.steady else self.scene.light(lab, way)[0]
             even = relit_lab(lab, share)
             odds = evidence(even, way, self.scene, expected)
             if np.count_nonzero(odds > NOTHING) > MOSTLY * np.count_nonzero(odds != NOTHING):

@@ -40,8 +40,8 @@ class Film:
     def write(self, path: Path) -> None:
         """The pictures as h264."""
         with Writer(path, self.plan.fps, self.plan.size, crf=self.plan.crf) as writer:
-            for image in self.images:
-                writer.write(image)
+            for t, image in enumerate(self.images):
+                writer.write(image, t / self.plan.fps)
 
 
 def film(plan: Plan) -> Film:
