@@ -1,6 +1,5 @@
 """The points of the file of `--measure`: those that count, and how they compare with the track."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,7 +51,7 @@ class Measured:
     """
 
     path: Path
-    frames: Mapping[int, Detections]
+    frames: dict[int, Detections]
     jitter: float
 
     def judged(self, track: Track, settings: Settings) -> Judged:

@@ -1,14 +1,9 @@
 """The joints of a figure's outline in every frame: the film surveyed, the outline fitted, then followed."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
-from kinematics.figure import Array
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
-from tracker.clip.lazily import Lazily, together
 from tracker.clip.part import Part, Pose, part_around
 from tracker.clip.plan import Plan, Seen
 from tracker.clip.staged import POINT, detections
@@ -71,12 +66,14 @@ def as_seen(outline: Outline, first: int, plan: Plan) -> Seen:
     """An outline, whose first row is of frame `first`, in terms of the figure that is followed."""
     figure = plan.start.figure
     shown, points = load_figure(figure.outline), detections(outline, first, plan.video)
-    named = Lazily(points.keys(), lambda t: points[t].named(shown, figure))
+    named = {t: found.named(shown, figure) for t, found in points.items()}
     return Seen(named, outline.wrong, outline.gait, outline.misnamed)
 
 
-def _part(plan: Plan, pose: Pose, around: tuple[int, int], progress: Progress) -> Part | None:
-    return part_around(plan.video, pose, around, (plan.job.first, plan.job.stop), progress)
+def _part(
+    plan: Plan, pose: Pose, around: tuple[int, int], progress: Progress, named: bool = False
+) -> Part | None:
+    return part_around(plan.video, pose, around, (plan.job.first, plan.job.stop), progress, named)
 
 
 def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Progress) -> Seen:
@@ -86,46 +83,20 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         onward: from which the next part starts, None for no part.
         way: +1 for later parts, -1 for earlier ones.
     """
-    points, places, lights = [seen.points], [seen.places], [seen.lights]
+    points, places, lights = dict(seen.points), dict(seen.places), dict(seen.lights)
     wrong, far, (begins, ends) = seen.wrong, 2 * REACH - SHARED, seen.shot
     while onward is not None:
-        part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress)
+        part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress, True)
         if part is None:
             break
-        part = _as_named(part, onward)
         wrong = max(wrong, part.outline.wrong)
-        points.append(as_seen(part.outline, part.first, plan).points)
-        if onward[0] in places[-1]:
-            places.append(_placed(part.places, places[-1][onward[0]]))
-        lights.append(_lit(part.lights, lights[-1][onward[0]]))
+        points = as_seen(part.outline, part.first, plan).points | points
+        if onward[0] in places:
+            places = {t: places[onward[0]] @ place for t, place in part.places.items()} | places
+        lights = {t: lights[onward[0]] * light for t, light in part.lights.items()} | lights
         begins, ends = (begins, part.shot[1]) if way > 0 else (part.shot[0], ends)
         onward = part.after if way > 0 else part.before
-    return replace(
-        seen,
-        points=together(points),
-        places=together(places),
-        lights=together(lights),
-        wrong=wrong,
-        shot=(begins, ends),
-    )
-
-
-def _as_named(part: Part, pose: Pose) -> Part:
-    """The part with the legs called as in the pose that it started from."""
-    frame, start = pose
-    q = part.outline.q[frame - part.first]
-    exchanged = np.abs(q[start.figure.exchanged] - start.q).sum() < np.abs(q - start.q).sum()
-    return part.exchanged(start.figure) if exchanged else part
-
-
-def _placed(places: Mapping[int, Array], to: Array) -> Mapping[int, Array]:
-    """The maps of frames followed by another one."""
-    return Lazily(places.keys(), lambda t: np.asarray(to @ places[t]))
-
-
-def _lit(lights: Mapping[int, float], to: float) -> Mapping[int, float]:
-    """The lights of frames as shares of another one's."""
-    return Lazily(lights.keys(), lambda t: to * lights[t])
+    return replace(seen, points=points, places=places, lights=lights, wrong=wrong, shot=(begins, ends))
 
 
 def _shown(plan: Plan) -> Start:

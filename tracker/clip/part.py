@@ -1,14 +1,11 @@
 """The outline in one part of a film, surveyed by itself, which bounds memory; and the parts beyond it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 
 from kinematics.figure import Array, Figure
 from kinematics.recover import Start
-from tracker.clip.lazily import Lazily
 from tracker.clip.staged import every, surveyed
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
@@ -45,19 +42,11 @@ class Part:
 
     first: int
     outline: Outline
-    places: Mapping[int, Array]
-    lights: Mapping[int, float]
+    places: dict[int, Array]
+    lights: dict[int, float]
     before: Pose | None
     after: Pose | None
     shot: tuple[int | None, int | None]
-
-    def exchanged(self, figure: Figure) -> Self:
-        """The part with the figure's near and far leg exchanged."""
-        before, after = (
-            pose and (pose[0], replace(pose[1], q=pose[1].q[figure.exchanged]))
-            for pose in (self.before, self.after)
-        )
-        return replace(self, outline=self.outline.exchanged(figure), before=before, after=after)
 
 
 def part_around(
@@ -66,12 +55,14 @@ def part_around(
     around: tuple[int, int],
     within: tuple[int, int | None],
     progress: Progress,
+    named: bool = False,
 ) -> Part | None:
     """The part of a film around a frame whose pose is known; None if the film is too short.
 
     Args:
         around: surveyed frames before and after that frame.
         within: first and last frame to be followed, None for the film's last.
+        named: whether the legs keep the names that they have in the pose.
     """
     (frame, start), (begin, stop), step = pose, within, every(video, *within)
     before = min(around[0], (frame - begin) // step)
@@ -90,14 +81,17 @@ def part_around(
     del film  # frees its small pictures
     _forget_all_else(stage, start, before, cycles)
     outline = fitted(stage, start, before, cycles).finer(step)
+    q = outline.q[frame - first]
+    if named and np.abs(q[start.figure.exchanged] - start.q).sum() < np.abs(q - start.q).sum():
+        outline = outline.exchanged(start.figure)
     to_start = np.linalg.inv(stage.places[before]) @ finer(stage.places, step)
     lights = finer(stage.shares, step) / stage.shares[before]
     facing, edge = start.view.facing, EDGE * step
     return Part(
         first,
         outline,
-        Lazily(range(first, first + len(to_start) if told else first), lambda t: to_start[t - first]),
-        Lazily(range(first, first + len(lights)), lambda t: float(lights[t - first])),
+        dict(enumerate(to_start, first)) if told else {},
+        dict(enumerate(lights.tolist(), first)),
         None if began else _seen_whole(start.figure, outline, facing, first, slice(edge)),
         None if ended else _seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
         shot,

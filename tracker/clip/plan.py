@@ -1,6 +1,6 @@
 """A job whose files have all been read and checked before any work."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -39,12 +39,12 @@ class Seen:
     shot     : first and last frame of the scene that the figure is in, None for the film's
     """
 
-    points: Mapping[int, Detections]
+    points: dict[int, Detections]
     wrong: float = 0.0
     gait: str = ""
     misnamed: float = 0.0
-    places: Mapping[int, Array] = field(default_factory=dict)
-    lights: Mapping[int, float] = field(default_factory=dict)
+    places: dict[int, Array] = field(default_factory=dict)
+    lights: dict[int, float] = field(default_factory=dict)
     shot: tuple[int | None, int | None] = (None, None)
 
 

@@ -1,13 +1,11 @@
 """A part of a film surveyed for outlines, and the joints of an outline as points."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import chain
 from math import ceil
 
 import numpy as np
 
-from tracker.clip.lazily import Lazily
 from tracker.loop.detections import Detections
 from tracker.often import USUAL, crowded
 from tracker.outline.fit import Outline
@@ -110,15 +108,10 @@ def _to_cut(video: Video, first: int, last: int, step: int, by: float, progress:
     return Surveyed(video, first, last, step, found, cut, progress)
 
 
-def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:
+def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:
     """By frame, from `first` on, the outline's joints in the picture that stand out from the scene."""
-    joints, spread, crowd = outline.joints, outline.spread, crowded(video.fps)
-    number = np.arange(joints.shape[1])
+    joints, number = outline.joints, np.arange(outline.joints.shape[1])
     inside = within(joints, (video.height, video.width)) & outline.shown & outline.seen[:, None]
-
-    def of(frame: int) -> Detections:
-        t = frame - first
-        doubt = crowd * min(max(TOGETHER * float(spread[t]) / POINT, 1.0), MOST)
-        return Detections(number[inside[t]], joints[t, inside[t]], doubt)
-
-    return Lazily(frozenset((first + np.flatnonzero(inside.any(1))).tolist()), of)
+    doubt = (crowded(video.fps) * np.clip(TOGETHER * outline.spread / POINT, 1.0, MOST)).tolist()
+    some = np.flatnonzero(inside.any(1)).tolist()
+    return {first + t: Detections(number[inside[t]], joints[t, inside[t]], doubt[t]) for t in some}

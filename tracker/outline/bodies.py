@@ -19,7 +19,7 @@ import numpy as np
 from kinematics.figure import Array, Ints
 from tracker.often import USUAL
 from tracker.outline.cycles import Cycles, poses
-from tracker.outline.kernels import Kernels
+from tracker.outline.place import sums
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.stage import WEIGHT, Stage
 from tracker.picture.pyramid import Planes
@@ -84,20 +84,6 @@ class Path:
         return Path(first, self.hips[frames], self.units[frames], self.score[frames])
 
 
-@dataclass(frozen=True)
-class Places:
-    """Candidate places of bodies in a frame.
-
-    scene : (n, 2) pixels of the first frame
-    size  : (n,) position among the sizes
-    score : (n,) nats
-    """
-
-    scene: Array
-    size: Ints
-    score: Array
-
-
 def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None) -> list[Path]:
     """All people in the film, the surest first.
 
@@ -111,19 +97,19 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
     if not len(units):
         return []
     bodies, every = _Bodies.of(shape, cycles), max(round(stage.fps / often), 1)
-    sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
-    places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]
+    small = np.outer(DENSITY * stage.up[0, 0] / units, stage.odds.shape[1:])
+    shapes = np.maximum(np.rint(small), 1.0).astype(int).tolist()
+    places = [_places(stage, t, shapes, bodies) for t in range(0, len(stage), every)]
     found = []
     zoom = stage.zoom[::every]
     while (path := _best(places, units, zoom, stage.fps / every, stage.often * LEAST / every)) is not None:
         first, picked = path
-        scene = np.stack([places[i].scene[k] for i, k in enumerate(picked, first)])
-        size = units[[places[i].size[k] for i, k in enumerate(picked, first)]]
-        score = np.array([places[i].score[k] for i, k in enumerate(picked, first)])
-        found.append(_path(stage, first * every, every, np.column_stack([scene, size, score])))
-        for i, (here, unit) in enumerate(zip(scene, size, strict=True), first):
-            free = np.hypot(*(places[i].scene - here).T) > APART * unit * zoom[i]
-            places[i] = Places(places[i].scene[free], places[i].size[free], places[i].score[free])
+        seen = np.stack([places[i][k] for i, k in enumerate(picked, first)])
+        seen[:, 2] = units[seen[:, 2].astype(int)]
+        found.append(_path(stage, first * every, every, seen))
+        for i, (*here, unit, _) in enumerate(seen, first):
+            free = np.hypot(*(places[i][:, :2] - here).T) > APART * unit * zoom[i]
+            places[i] = places[i][free]
     return found
 
 
@@ -167,23 +153,13 @@ class _Bodies:
         mean = np.stack([inside.mean(0), around.mean(0)])
         return cls(mean, np.ascontiguousarray(masks.T, dtype=np.float32))
 
-    def of_size(self, stage: Stage, unit: float) -> tuple[Kernels, Kernels]:
-        """Kernels of the mean body with this leg length in pixels of the film, and of the places around it.
-
-        They apply to maps with DENSITY places in a leg length.
-        """
-        by = unit / stage.up[0, 0] / DENSITY
-        h, w = (max(round(n / by), 1) for n in stage.odds.shape[1:])
-        inside, around = (Kernels.of(each[None], HIP, (h, w)) for each in self.mean)
-        return inside, around
-
-    def at(self, odds: Planes, means: tuple[Kernels, Kernels]) -> tuple[Ints, Ints, Array]:
+    def at(self, odds: Planes) -> tuple[Ints, Ints, Array]:
         """Rows and columns of the best places of a map, and the best silhouette's sum there, nats."""
         both = odds, np.maximum(odds, 0.0)
-        inside, around = (mean.sums(part)[0] for mean, part in zip(means, both, strict=True))
-        sums = inside - around
-        rows, columns = np.nonzero((sums == cv2.dilate(sums, np.ones((5, 5)))) & (inside > 0.0))
-        order = np.argsort(-sums[rows, columns])[:PLACES]
+        inside, around = (sums(part, mean, HIP) for part, mean in zip(both, self.mean, strict=True))
+        total = inside - around
+        rows, columns = np.nonzero((total == cv2.dilate(total, np.ones((5, 5)))) & (inside > 0.0))
+        order = np.argsort(-total[rows, columns])[:PLACES]
         rows, columns = rows[order][:, None] + NUDGES[:, 0], columns[order][:, None] + NUDGES[:, 1]
         parts = np.concatenate([_around(each, rows, columns) for each in both], axis=-1)
         score = (parts.reshape(-1, len(self.masks)) @ self.masks).max(-1).reshape(rows.shape)
@@ -191,25 +167,26 @@ class _Bodies:
         return rows[each, best], columns[each, best], score[each, best].astype(np.float64)
 
 
-def _places(stage: Stage, t: int, sizes: list[tuple[Kernels, Kernels]], bodies: _Bodies) -> Places:
-    """The best places of every size in a frame."""
+def _places(stage: Stage, t: int, shapes: list[list[int]], bodies: _Bodies) -> Array:
+    """(n, 4) the best places of every size in a frame: pixels of the first frame, number of the size, nats.
+
+    `shapes` are those of maps with DENSITY places in a leg length.
+    """
     h, w = stage.odds.shape[1:]
     image = stage.odds[t]
-    scene, size, score = [], [], []
-    for s, means in enumerate(sizes):
-        shape = means[0].shape
+    found = []
+    for s, shape in enumerate(shapes):
         # Halving first is fast.
         while image.shape[1] > HALVED * shape[1]:
             half = image.shape[1] // 2, image.shape[0] // 2
             image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         small = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_AREA)
-        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS, means)
+        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS)
         x = (np.stack([columns, rows], axis=1) + 0.5) * [w / small.shape[1], h / small.shape[0]] - 0.5
         film = x * np.diag(stage.up)[:2] + stage.up[:2, 2]
-        scene.append(film @ stage.places[t, :2, :2].T + stage.places[t, :2, 2])
-        size.append(np.full(len(sums), s))
-        score.append(sums)
-    return Places(np.concatenate(scene), np.concatenate(size), np.concatenate(score))
+        scene = film @ stage.places[t, :2, :2].T + stage.places[t, :2, 2]
+        found.append(np.column_stack([scene, np.full(len(sums), s), sums]))
+    return np.concatenate(found)
 
 
 def _around(odds: Planes, rows: Ints, columns: Ints) -> Planes:
@@ -223,7 +200,7 @@ def _around(odds: Planes, rows: Ints, columns: Ints) -> Planes:
 
 
 def _best(
-    places: list[Places], units: Array, zoom: Array, fps: float, least: float
+    places: list[Array], units: Array, zoom: Array, fps: float, least: float
 ) -> tuple[int, list[int]] | None:
     """First frame of the best path, and its place in each frame; None if no path scores `least`."""
     step = STEP * DENSITY * fps / USUAL
@@ -231,14 +208,15 @@ def _best(
     value: list[Array] = []
     before: list[Ints] = []
     for t, here in enumerate(places):
-        gain = (here.score - BASE) * worth[here.size]
+        size = here[:, 2].astype(int)
+        gain = (here[:, 3] - BASE) * worth[size]
         come = np.zeros(len(gain))
         back = np.full(len(gain), -1)
         if t > 0 and len(value[-1]):
             last = places[t - 1]
-            unit = zoom[t] * np.maximum(units[here.size][:, None], units[last.size][None])
-            away = np.hypot(*np.moveaxis(here.scene[:, None] - last.scene[None], -1, 0)) / unit
-            cost = step * away + RESIZE * np.abs(here.size[:, None] - last.size[None])
+            unit = zoom[t] * np.maximum(units[size][:, None], units[last[:, 2].astype(int)])
+            x, y, resized, _ = np.moveaxis(here[:, None] - last, -1, 0)
+            cost = step * (away := np.hypot(x, y) / unit) + RESIZE * np.abs(resized)
             reached = np.where(away <= FAR, value[-1] - cost, -np.inf)
             best = reached.argmax(1)
             top = reached[np.arange(len(gain)), best]

@@ -4,15 +4,16 @@ With s_t(q_t) the sum of R under the outline of pose q_t, and d_t = q_t less the
 
     WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2,
 
-less the costs of marks and limits, is maximised by L-BFGS, its prior made the unit Gaussian.
+less the costs of marks and limits, is maximised by L-BFGS. With U the upper Cholesky factor of the prior's
+precision, which has a diagonal and one off-diagonal, U d = z makes the prior the unit Gaussian of z.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.blas import dtbsv
 
 from kinematics.figure import SCALE, STRETCH, Array, Figure, Flags
-from tracker.outline.chain import Chain
 from tracker.outline.lbfgs import lowest
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.picture.pyramid import Planes
@@ -32,20 +33,6 @@ GIVE = 0.05  # spread by which a joint passes its limit, radians
 
 
 @dataclass(frozen=True)
-class Climbed:
-    """Result of the optimisation.
-
-    q     : (T, D) poses
-    score : (T,) log odds under their outlines, nats times leg lengths squared
-    cost  : minus the objective, nats
-    """
-
-    q: Array
-    score: Array
-    cost: float
-
-
-@dataclass(frozen=True)
 class Marked:
     """The marked pose (D,) of a frame, and which of its freedoms are `known` (D,)."""
 
@@ -56,7 +43,7 @@ class Marked:
 
 def climb(
     odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS, often: float = 1.0
-) -> Climbed:
+) -> tuple[Array, Array, float]:
     """Fit poses to their outlines.
 
     Args:
@@ -66,29 +53,52 @@ def climb(
         rounds: largest number of L-BFGS steps.
         often: frames for each at 30 a second; poses then change less from frame to frame, and the marked
             frame counts for as many.
+
+    Returns:
+        (T, D) poses; (T,) log odds under their outlines, nats times leg lengths squared; minus the objective,
+        nats.
     """
     T, D = q.shape
     figure = shape.figure
     size = SIZE if marked.known.any() else SIZE_FOUND
     spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, size, LENGTH)
-    chain = Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS) / often)
+    U = factor(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS) / often)
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
     arms = arms_worth(odds)
 
     def cost(z: Array) -> tuple[float, Array]:
-        now = q + chain.paths(z.reshape(T, D))
+        now = q + dtbsv(D, U, z).reshape(T, D)
         score, slope = shape.under(now, odds, arms, GRID)
         off = np.where(marked.known, (now[marked.frame] - marked.q) / error, 0.0)
         over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
         slope = over / GIVE**2 - WEIGHT * slope
         slope[marked.frame] += often * off / error
         value = -WEIGHT * score.sum() + 0.5 * (often * off @ off + (over**2).sum() / GIVE**2 + z @ z)
-        return float(value), chain.slopes(slope).ravel() + z
+        return float(value), dtbsv(D, U, slope.ravel(), trans=1) + z
 
     z, least = lowest(cost, np.zeros(T * D), rounds, SMALL_GAIN)
-    best = q + chain.paths(z.reshape(T, D))
-    return Climbed(best, shape.under(best, odds, arms, GRID)[0], least)
+    best = q + dtbsv(D, U, z).reshape(T, D)
+    return best, shape.under(best, odds, arms, GRID)[0], least
+
+
+def factor(T: int, spread: Array, change: Array) -> Array:
+    """(D + 1, T D) the factor U for paths of T frames, as LAPACK stores an upper band of a path's row by row.
+
+    Args:
+        spread, change: (D,) standard deviations of values about 0 and of their change a frame.
+    """
+    sides = np.full((T, 1), 2.0)
+    sides[[0, -1]] -= 1.0
+    diagonal = 1.0 / spread**2 + sides * (T > 1) / change**2
+    above = np.zeros_like(diagonal)
+    diagonal[0] = np.sqrt(diagonal[0])
+    for t in range(1, T):
+        above[t] = -1.0 / change**2 / diagonal[t - 1]
+        diagonal[t] = np.sqrt(diagonal[t] - above[t] ** 2)
+    bands = np.zeros((1 + len(spread), diagonal.size), order="F")
+    bands[0], bands[-1] = above.ravel(), diagonal.ravel()
+    return bands
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:

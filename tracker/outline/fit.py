@@ -135,18 +135,18 @@ def fitted(
     ways = [through(figure, way, marks, stage.fps) for way in (path, path[:, figure.exchanged])]
     often = stage.often
     better, margin = _as_marked(odds, shape, ways, marks, often) if start.known.any() else (0, 0.0)
-    best = climb(odds, shape, ways[better][0], marks, rounds, often)
-    looks = _nearer(shape, best.q, stage, hips, units, _seen(best.score))
+    best, score, _ = climb(odds, shape, ways[better][0], marks, rounds, often)
+    looks = _nearer(shape, best, stage, hips, units, _seen(score))
     named = looks + agreeing(margin, RIGHTLY)
     if named < 0.0 and margin < RIGHTLY and start.known.any():
-        best = climb(odds, shape, ways[1 - better][0], marks, rounds, often)
+        best, score, _ = climb(odds, shape, ways[1 - better][0], marks, rounds, often)
     elif named < 0.0:  # nothing is marked, or the fit follows the marks and these name the legs wrongly
-        best = replace(best, q=best.q[:, figure.exchanged])
-    pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
-    shown = _shown(shape, best.q, stage, hips, units)
-    off = spread(shape, best.q, odds, GRID)
+        best = best[:, figure.exchanged]
+    pixels = hips[:, None] + joints(figure, best) * axes[:, None]
+    shown = _shown(shape, best, stage, hips, units)
+    off = spread(shape, best, odds, GRID)
     gait, misnamed = cycles.gait(phase.cycle), _improbable(RIGHTLY + agreeing(margin, looks))
-    return Outline(best.q, hips, units, pixels, best.score, shown, off, gait, phase.way, abs(named), misnamed)
+    return Outline(best, hips, units, pixels, score, shown, off, gait, phase.way, abs(named), misnamed)
 
 
 def _gait(
@@ -200,7 +200,7 @@ def _as_marked(
     first = max(marked.frame - around, 0)
     part = slice(first, marked.frame + around + 1)
     here = replace(marked, frame=marked.frame - first)
-    costs = [climb(odds[part], shape, path[part], here, often=often).cost for path, _ in ways]
+    costs = [climb(odds[part], shape, path[part], here, often=often)[2] for path, _ in ways]
     worth = [like - cost / (often * MARGIN) for cost, (_, like) in zip(costs, ways, strict=True)]
     better = int(np.argmax(worth))
     return better, worth[better] - worth[1 - better]

@@ -11,6 +11,7 @@ like x counts. The evidence is its mean over a film's frames in standard errors.
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from kinematics.figure import Array, Figure, Flags
@@ -19,7 +20,6 @@ from kinematics.spm import Skeleton, skeleton
 from tracker.often import often
 from tracker.outline.doubt import in_standard_errors
 from tracker.outline.shape import Shape
-from tracker.outline.smooth import sums_around
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING
 
@@ -126,6 +126,8 @@ def _greys(value: Array, free: Flags, fps: float) -> Array:
     reach = round(2.0 * sigma)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     enough = ENOUGH * weights.sum()
-    weight = sums_around(free.astype(np.float64), weights)
-    total = sums_around(np.where(free, value, 0.0), weights)
+    over = np.ones(1), weights
+    shares, values = free.astype(np.float64), np.where(free, value, 0.0)
+    weight = cv2.sepFilter2D(shares, -1, *over, borderType=cv2.BORDER_CONSTANT)
+    total = cv2.sepFilter2D(values, -1, *over, borderType=cv2.BORDER_CONSTANT)
     return np.where(weight > enough, total / np.maximum(weight, enough), np.nan)

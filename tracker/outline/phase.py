@@ -9,8 +9,9 @@ forwards in time and, for walking backwards, also in reverse; the best of all is
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from kinematics.figure import Array, Ints
+from kinematics.figure import Array
 from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, at_phases, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import WEIGHT, Stage
@@ -110,16 +111,18 @@ def _compared(
     masks = np.stack([body, arms], axis=1).reshape(len(body), -1)
     used = np.flatnonzero(masks.any(0))
     masks = np.ascontiguousarray(masks[:, used])
+    layer, row, column = np.unravel_index(used, (2, *GRID.shape))
     (h, w), edge = GRID.shape, (int(COLUMNS_OFF.max()), int(ROWS_OFF.max()))
     corner = GRID.corner[0] - edge[0] / DENSITY, GRID.corner[1] + edge[1] / DENSITY
     around = Grid(corner, DENSITY, (h + 2 * edge[1], w + 2 * edge[0]))
-    wide, places = stage.around(hips, units, around), _shifted(used, around, edge)
+    wide = stage.around(hips, units, around)
     shifts = np.array([(x, -y) for y in ROWS_OFF for x in COLUMNS_OFF]) / DENSITY
     rare = 0.5 * ((shifts / SPREAD) ** 2).sum(1)
     score = np.empty((len(stage), len(masks)))
     shift = np.empty((len(stage), len(masks), 2))
     for t, odds in enumerate(wide):
-        seen = np.stack([odds, arms_worth(odds)]).ravel()[places]
+        windows = sliding_window_view(np.stack([odds, arms_worth(odds)]), GRID.shape, axis=(1, 2))
+        seen = windows[layer, :, ::2, row, column].reshape(len(used), -1)  # every other shift, as COLUMNS_OFF
         sums = masks @ seen * (WEIGHT / DENSITY**2) - rare
         best = sums.argmax(1)
         score[t], shift[t] = sums[np.arange(len(sums)), best], shifts[best]
@@ -128,14 +131,3 @@ def _compared(
     leans = score.argmax(1)
     shift = np.take_along_axis(shift.reshape(*kinds, 2), leans[:, None, :, :, None], axis=1)[:, 0]
     return score.max(1), shift, LEANS[leans]
-
-
-def _shifted(used: Ints, around: Grid, edge: tuple[int, int]) -> Ints:
-    """(P, shifts) flat indices of places in two layers of a grid wider by `edge` columns and rows, shifted.
-
-    `used` (P,) are those of the places in two layers of GRID.
-    """
-    layer, row, column = (each[:, None, None] for each in np.unravel_index(used, (2, *GRID.shape)))
-    rows, columns = row + ROWS_OFF[:, None] + edge[1], column + COLUMNS_OFF + edge[0]
-    flat = np.ravel_multi_index(np.broadcast_arrays(layer, rows, columns), (2, *around.shape))
-    return np.asarray(flat.reshape(len(used), -1))

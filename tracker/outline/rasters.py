@@ -20,7 +20,6 @@ from tracker.compiled import compiled, part
 from tracker.picture.pyramid import Planes
 
 BAR = 9
-LEVEL = 1e-3  # sine of a bar's direction below which it counts as level
 SURE = 0.98  # degree deep within a bar; at 1 a link under another would have no influence
 
 COMPILED = compiled(fastmath=True, error_model="numpy")
@@ -99,9 +98,8 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
     """Multiply `clear` (h, w) by 1 - m of one bar."""
     i0, i1, j0, j1 = _window(clear.shape, corner, step, bar)
     for i in range(i0, i1):
-        begin, end = _span(corner[1] - i * step, corner[0], step, bar, j0, j1)
         # Within a row, indexed from 0, the processor handles several places at a time.
-        row, left = clear[i, begin:end], corner[0] + begin * step
+        row, left = clear[i, j0:j1], corner[0] + j0 * step
         for k in range(len(row)):
             _, _, _, _, edge = _within(left + np.int32(k) * step, corner[1] - i * step, bar)
             edge = min(max(edge, -1.0), 1.0)
@@ -119,8 +117,7 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
     slope, soft = bar[7], bar[8]
     along, across, longer, turned, larger = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(i0, i1):
-        begin, end = _span(corner[1] - i * step, corner[0], step, bar, j0, j1)
-        row, left = pull[i, begin:end], corner[0] + begin * step
+        row, left = pull[i, j0:j1], corner[0] + j0 * step
         for k in range(len(row)):
             u, v, nearest, far, edge = _within(left + np.int32(k) * step, corner[1] - i * step, bar)
             over = u - nearest
@@ -166,18 +163,6 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
     i0 = int(np.floor((corner[1] - max(ay, by) - reach) / step))
     i1 = int(np.ceil((corner[1] - min(ay, by) + reach) / step)) + 1
     return (*_clipped(i0, i1, 0, shape[0]), *_clipped(j0, j1, 0, shape[1]))
-
-
-@INLINED
-def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> tuple[int, int]:
-    """Columns among j0 .. j1 - 1 within a bar in a row at height y; the first is at x `left`."""
-    start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
-    if abs(along_y) < LEVEL:
-        return j0, j1
-    reach = (max(half, half + slope * (last - first)) + soft) / abs(along_y)
-    middle = start_x + (y - start_y) * along_x / along_y - left
-    begin, end = np.floor((middle - reach) / step), np.ceil((middle + reach) / step)
-    return _clipped(int(begin), int(end) + 1, j0, j1)
 
 
 @part()

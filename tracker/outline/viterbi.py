@@ -36,19 +36,17 @@ def best_path(scores: Iterable[Planes], corners: Ints, step: float, resize: floa
     """
     frames = iter(scores)
     first = next(frames)
-    S, h, w = first.shape
+    _, h, w = first.shape
     across, columns = reach // 2, 2 * reach + 1
     moves = np.diff(corners, axis=0, prepend=corners[:1])
     numbers = np.min_scalar_type(WAYS * columns * (2 * across + 1) - 1)
     before = np.empty((len(corners), *first.shape), numbers)
-    # The rows of a map are concatenated, with impossible values between them and at both ends.
-    value = np.pad(np.zeros(first.shape), [(0, 0), (0, 0), (0, reach)], constant_values=-np.inf).reshape(
-        S, -1
-    )
+    value = np.zeros(first.shape)
     for score, (right, down), kept in zip(chain([first], frames), moves, before, strict=True):
-        value = _onward(value, score, kept, right, down, step, resize, reach)
+        rows, places = np.clip(np.arange(h) + down, 0, h - 1), np.clip(np.arange(w) + right, 0, w - 1)
+        value = _onward(value[:, rows[:, None], places], score, kept, step, resize, reach)
     path = np.empty((len(corners), 3), np.intp)
-    s, y, x = map(int, np.unravel_index(value.argmax(), (S, h, w + reach)))
+    s, y, x = map(int, np.unravel_index(value.argmax(), value.shape))
     for t in range(len(corners) - 1, -1, -1):
         path[t] = s, y, x
         back, (right, down) = int(before[t, s, y, x]), moves[t]
@@ -59,26 +57,26 @@ def best_path(scores: Iterable[Planes], corners: Ints, step: float, resize: floa
 
 
 @compiled()
-def _onward(
-    value: Array, score: Planes, before: Steps, right: int, down: int, step: float, resize: float, reach: int
-) -> Array:
-    """The values a frame later; `before` (S, h, w) gets the best step's number: size, columns and rows."""
+def _onward(value: Array, score: Planes, before: Steps, step: float, resize: float, reach: int) -> Array:
+    """The values (S, h, w) a frame later; `before` gets the best step's number: size, columns and rows."""
     S, h, w = score.shape
     across, columns = reach // 2, 2 * reach + 1
     W = w + reach
     N = h * W
+    # The rows of a map are concatenated, with impossible values between them and at both ends.
+    wide = np.full((S, h, W), -np.inf)
+    wide[:, :, :w] = value
+    last = wide.reshape(S, N)
     start = np.zeros(N, np.int32)
     sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
     moved, column = np.full(N + 2 * across * W, -np.inf), np.zeros(N + 2 * across * W, np.int32)
     inner, inside = slice(reach, reach + N), slice(across * W, across * W + N)
     now, number = np.full((S, N), -np.inf), np.zeros(N, np.int32)
-    if right != 0 or down != 0:
-        value = _shifted(value, right, down, h, w)
     for s in range(S):
         sized[inner] = -np.inf
         for other in range(max(s - 1, 0), min(s + 2, S)):
             cost = resize * abs(other - s)
-            _carry(sized[inner], resized[inner], value[other], start, cost, other - s + 1)
+            _carry(sized[inner], resized[inner], last[other], start, cost, other - s + 1)
         moved[inside] = -np.inf
         for far in range(-reach, reach + 1):
             there = slice(reach + far, reach + far + N)
@@ -88,12 +86,8 @@ def _onward(
             there = slice((across + far) * W, (across + far) * W + N)
             steps = WAYS * columns * (far + across)
             _carry(now[s], number, moved[there], column[there], 4.0 * step * far**2, steps)
-        for i in range(h):
-            for j in range(w):
-                now[s, i * W + j] += score[s, i, j]
-                before[s, i, j] = number[i * W + j]
-            now[s, i * W + w : i * W + W] = -np.inf
-    return now
+        before[s] = number.reshape(h, W)[:, :w]
+    return now.reshape(S, h, W)[:, :, :w] + score
 
 
 @compiled()
@@ -113,49 +107,26 @@ def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tupl
     """
     T, P = score.shape
     S = len(speeds)
-    value = np.zeros((S, P))
-    _add(score[0], value)
+    value = np.zeros((S, P)) + score[0]
     before = np.empty((T, S, P), np.int32)  # speed and phase, as one number
     twice, phase = np.empty(2 * P), (np.arange(2 * P) % P).astype(np.int32)
     for t in range(1, T):
         now = np.full((S, P), -np.inf)
         for other in range(S):
-            for p in range(2 * P):
-                twice[p] = value[other, p % P]
+            twice[:P] = twice[P:] = value[other]
             for s in range(max(other - 1, 0), min(other + 2, S)):
                 for off in range(-1, 2):
                     step = int(np.rint(speeds[s])) + off
                     cost = 0.5 * ((speeds[s] - step) / slip) ** 2 + (change if other != s else 0.0)
                     here = slice(-step % P, -step % P + P)
                     _carry(now[s], before[t, s], twice[here], phase[here], cost, other * P)
-        _add(score[t], now)
-        value = now
+        value = now + score[t]
     path = np.empty((T, 2), np.intp)
     place = value.argmax()
     for t in range(T - 1, -1, -1):
         path[t, 0], path[t, 1] = place // P, place % P
         place = before[t, path[t, 0], path[t, 1]]
     return value.max(), path
-
-
-@part()
-def _shifted(value: Array, right: int, down: int, h: int, w: int) -> Array:
-    """The values (S, N) in rows of w places, with gaps, so much further right and down."""
-    found, W = np.full_like(value, -np.inf), value.shape[1] // h
-    for s in range(len(value)):
-        for i in range(h):
-            row = W * min(max(i + down, 0), h - 1)
-            for j in range(w):
-                found[s, i * W + j] = value[s, row + min(max(j + right, 0), w - 1)]
-    return found
-
-
-@part()
-def _add(score: Array, value: Array) -> None:
-    """Add one frame's scores (P,) to the values (S, P)."""
-    for s in range(len(value)):
-        for p in range(len(score)):
-            value[s, p] += score[p]
 
 
 @part()

@@ -15,7 +15,6 @@ from tests.tracker.tracks import random_track
 from tracker.clip import outlines, part, staged
 from tracker.clip.follow import follow, motions_of
 from tracker.clip.job import Found, Nearer
-from tracker.clip.lazily import Lazily
 from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
@@ -221,7 +220,6 @@ def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as
     short = replace(job, stop=20)
     own = follow(replace(short, settings=short.settings.model_copy(update={"outline": False})), QUIET).track
     as_if(spread=0.2)  # all joints at the start's hip, in every frame
-    monkeypatch.setattr(Lazily, "__iter__", None)  # points of all frames together would fill the memory
     doubted = follow(short, QUIET).track
     ankle = WALKER.joints.index("near_ankle")
     wide, narrow = (np.sqrt(np.trace(track.joint_covs()[5, ankle])) / UNIT for track in (doubted, own))

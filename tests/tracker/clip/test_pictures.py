@@ -39,11 +39,13 @@ def test_ahead_are_all_frames_up_to_the_stop_with_their_times(stop):
     assert reel.times == [10.0 + t / 30.0 for t in range(last + 1)]
 
 
-@pytest.mark.parametrize("held", [1, 3, 5, 100])
+@pytest.mark.parametrize("block", [1, 3, 5, 100])
 @pytest.mark.parametrize(("first", "last"), [(9, 0), (7, 2), (4, 4), (2, 0), (9, 8)])
-def test_back_are_the_same_frames_the_other_way_however_few_are_held(held, first, last):
+def test_back_are_the_same_frames_the_other_way_in_any_blocks(block, first, last, monkeypatch):
+    monkeypatch.setattr(pictures, "BLOCK", 24 * block)
+    monkeypatch.setattr(pictures, "LEAST", 1)
     video = Counted(12)
-    reel = Reel(video, held=held)
+    reel = Reel(video)
     ahead = reel.ahead()
     for _ in range(10):
         next(ahead)
@@ -52,7 +54,7 @@ def test_back_are_the_same_frames_the_other_way_however_few_are_held(held, first
 
 
 def test_all_pictures_are_in_the_light_of_one_frame():
-    reel = Reel(Counted(6), held=2, lights={3: 0.5, 4: 2.0})
+    reel = Reel(Counted(6), lights={3: 0.5, 4: 2.0})
     assert levels(reel.ahead()) == [0, 1, 2, 6, 2, 5]
     assert levels(reel.span(5, 0)) == [5, 2, 6, 2, 1, 0]
     assert levels(reel.span(2, 4)) == [2, 6, 2]
@@ -65,21 +67,16 @@ def video():
 
 @pytest.fixture
 def reel(video):
-    """All of it read, the last four at hand."""
-    reel = Reel(video, held=4)
+    """All of it read."""
+    reel = Reel(video)
     list(reel.ahead())
     video.read.clear()
     return reel
 
 
-def test_frames_at_hand_are_not_read_again(reel, video):
-    assert levels(reel.span(9, 6)) == [9, 8, 7, 6]
-    assert video.read == []
-
-
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(pictures, "BLOCK", 1)
+    monkeypatch.setattr(pictures, "BLOCK", 96)
     monkeypatch.setattr(pictures, "LEAST", 1)
 
 
@@ -87,9 +84,9 @@ def small_blocks(monkeypatch):
 def test_going_back_holds_a_block_at_a_time(reel, video):
     back = reel.span(9, 0)
     assert levels(next(back) for _ in range(5)) == [9, 8, 7, 6, 5]
-    assert video.read == [2, 3, 4, 5]
+    assert video.read == [6, 7, 8, 9, 2, 3, 4, 5]
     assert levels(back) == [4, 3, 2, 1, 0]
-    assert video.read[4:] == [0, 1]
+    assert video.read[8:] == [0, 1]
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -104,10 +101,3 @@ def test_a_span_ahead_is_read_again_one_picture_at_a_time(reel, video):
     assert levels([next(span)]) == [3]
     assert video.read == [3]
     assert levels(span) == [4, 5, 6]
-
-
-def test_what_is_held_is_bounded_by_the_size_of_the_pictures():
-    small, large = Counted(3), Counted(3)
-    large.width, large.height = 1920, 1080
-    assert Reel(small).held > 500
-    assert 5 <= Reel(large).held <= 10

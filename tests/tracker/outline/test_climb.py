@@ -30,16 +30,16 @@ def score(odds, q):
 
 
 def test_a_climb_ends_nearer_to_the_outline_and_to_the_truth(walk, odds, path):
-    found = climb(odds, SHAPE, path, UNKNOWN)
-    assert found.cost < -WEIGHT * score(odds, path).sum()
-    np.testing.assert_allclose(found.score, score(odds, found.q), rtol=1e-9)
-    assert found.score.sum() > score(odds, path).sum()
-    off, was = (np.abs(q - walk.q[PART])[:, columns_of(WALKER)].mean() for q in (found.q, path))
+    found, of_found, cost = climb(odds, SHAPE, path, UNKNOWN)
+    assert cost < -WEIGHT * score(odds, path).sum()
+    np.testing.assert_allclose(of_found, score(odds, found), rtol=1e-9)
+    assert of_found.sum() > score(odds, path).sum()
+    off, was = (np.abs(q - walk.q[PART])[:, columns_of(WALKER)].mean() for q in (found, path))
     assert off < 0.7 * was
 
 
 def test_more_rounds_climb_higher_and_every_one_of_them_climbs(odds, path):
-    costs = [climb(odds, SHAPE, path, UNKNOWN, rounds).cost for rounds in (1, 2, 4, 8, 40)]
+    costs = [climb(odds, SHAPE, path, UNKNOWN, rounds)[2] for rounds in (1, 2, 4, 8, 40)]
     assert -WEIGHT * score(odds, path).sum() > costs[0]
     assert np.all(np.diff(costs) < 0.0)
 
@@ -53,16 +53,16 @@ def test_where_nothing_is_seen_a_marked_angle_spreads_as_the_prior_says(path):
         rows = [np.eye(T) / spread, change, np.eye(T)[[HERE]] / MARKED_ANGLE]
         sides = np.concatenate([np.zeros(2 * T - 1), [off / MARKED_ANGLE]])
         want = np.linalg.lstsq(np.concatenate(rows), sides, rcond=None)[0]
-        found = climb(np.zeros((T, *GRID.shape), np.float32), SHAPE, path, marked)
-        np.testing.assert_allclose(found.q[:, column] - path[:, column], want, atol=1e-4)
-        others = np.delete(found.q - path, column, axis=1)
+        found, *_ = climb(np.zeros((T, *GRID.shape), np.float32), SHAPE, path, marked)
+        np.testing.assert_allclose(found[:, column] - path[:, column], want, atol=1e-4)
+        others = np.delete(found - path, column, axis=1)
         np.testing.assert_allclose(others, 0.0, atol=1e-9)
 
 
 def test_a_mark_against_the_outline_moves_what_was_marked_and_hardly_anything_else(odds, path):
     known = np.arange(len(WALKER.freedoms)) == KNEE
-    free = climb(odds, SHAPE, path, UNKNOWN).q[HERE]
-    held = climb(odds, SHAPE, path, Marked(HERE, free + np.radians(10.0), known)).q[HERE]
+    free = climb(odds, SHAPE, path, UNKNOWN)[0][HERE]
+    held = climb(odds, SHAPE, path, Marked(HERE, free + np.radians(10.0), known))[0][HERE]
     moved = held - free
     assert np.radians(0.5) < moved[KNEE] < np.radians(10.0)
     assert abs(moved[WALKER.index("hip_far")]) < 0.2 * moved[KNEE]
@@ -73,7 +73,7 @@ def test_joints_pass_their_limits_by_little(side, odds, path):
     limit = WALKER.limits[side][KNEE]
     beyond = path.copy()
     beyond[:, KNEE] = limit + (-1.0, 1.0)[side] * np.radians(15.0)
-    found = climb(np.zeros_like(odds), SHAPE, beyond, UNKNOWN).q
+    found = climb(np.zeros_like(odds), SHAPE, beyond, UNKNOWN)[0]
     # All frames alike: their spread about the path against GIVE at the limit.
     over = np.radians(15.0) / (1.0 + (ANGLE / GIVE) ** 2)
     np.testing.assert_allclose(np.abs(found[:, KNEE] - limit), over, atol=1e-4)
