@@ -6,7 +6,6 @@ No other film, capture or network is needed. Pages are photographed in Debian's 
 """
 
 import base64
-import csv
 import os
 import shutil
 import sys
@@ -20,7 +19,7 @@ import numpy as np
 
 from tests.tracker.annotate.clients import running
 from tests.tracker.browser import Browser, chromium
-from tests.tracker.clips import figtrack
+from tests.tracker.clips import read_csv, succeeds, write_table
 from tracker.cli.demo import run_demo, write_scene
 from tracker.progress import Progress
 from tracker.scene.film import render
@@ -58,13 +57,15 @@ def main() -> None:
 
 def pictures() -> Iterator[tuple[str, np.ndarray]]:
     """Name and pixels (H, W, 3) BGR of every picture, made in the folder one is in."""
-    run("find", "walk.mp4")
+    succeeds("find", "walk.mp4")
     yield "find.jpg", cv2.imread("walk-people.png")
-    run("track", "walk.mp4", "--height", "1.75")
+    succeeds("track", "walk.mp4", "--height", "1.75")
     yield "overlay.jpg", strip(Path("walk-track"))
     with tempfile.TemporaryDirectory() as profile, chromium(Path(profile)) as browser:
         yield from pages(browser)
-    run("track", "walk.mp4", "--figure", "walker-arms", "--keypoints", "walk.keypoints.csv", "--out", "arms")
+    succeeds(
+        "track", "walk.mp4", "--figure", "walker-arms", "--keypoints", "walk.keypoints.csv", "--out", "arms"
+    )
     yield "arms.jpg", strip(Path("arms"))
     run_demo(Path("demo"), DEMO, overwrite=False, progress=Progress("quiet"))
     yield "compare.jpg", cv2.imread("demo/failure.png")
@@ -87,34 +88,23 @@ def pages(browser: Browser) -> Iterator[tuple[str, np.ndarray]]:
 
 def motion() -> Iterator[tuple[str, np.ndarray]]:
     """Poses without a film: made up, labelled, forecast, and filled."""
-    run("synthesise", "--frames", "150", "--seed", "2", "--no-clip", "--out", "made.csv")
+    succeeds("synthesise", "--frames", "150", "--seed", "2", "--no-clip", "--out", "made.csv")
     yield "synthesise.jpg", cv2.imread("made.png")
-    run("classify", "made.csv")
+    succeeds("classify", "made.csv")
     yield "classify.png", cv2.imread("made-classify.png")
-    run("predict", "walk-track/pose.csv", "--horizon", "5", "--out", "ahead.csv")
+    succeeds("predict", "walk-track/pose.csv", "--horizon", "5", "--out", "ahead.csv")
     yield "predict.jpg", cv2.imread("ahead.png")
-    with open("walk-track/pose.csv", newline="") as source, open("gap.csv", "w", newline="") as table:
-        rows = list(csv.DictReader(source))
-        writer = csv.DictWriter(table, rows[0])
-        writer.writeheader()
-        writer.writerows(row for t, row in enumerate(rows) if t not in range(GAP.start, GAP.stop))
-    run("interpolate", "gap.csv", "--out", "filled.csv")
+    rows = read_csv(Path("walk-track/pose.csv"))
+    kept = rows[: GAP.start] + rows[GAP.stop :]
+    write_table(Path("gap.csv"), [row.values() for row in kept], header=rows[0])
+    succeeds("interpolate", "gap.csv", "--out", "filled.csv")
     yield "interpolate.jpg", cv2.imread("filled.png")
-
-
-def run(*words: str) -> None:
-    """One command of figtrack, which must succeed."""
-    result = figtrack(*words)
-    if result.exit_code:
-        raise RuntimeError(f"figtrack {' '.join(words)}: {result.output}")
 
 
 def strip(folder: Path) -> np.ndarray:
     """The figure in some frames of a run's overlay, side by side."""
-    with open(folder / "keypoints.csv", newline="") as table:
-        hips = {
-            int(row["frame"]): float(row["x"]) for row in csv.DictReader(table) if row["keypoint"] == "hip"
-        }
+    rows = read_csv(folder / "keypoints.csv")
+    hips = {int(row["frame"]): float(row["x"]) for row in rows if row["keypoint"] == "hip"}
     images = {frame.index: frame.image for frame in Video(folder / "overlay.mp4")}
     crops = [images[t][90:, max(int(hips[t]) - 110, 0) :][:, :220, ::-1] for t in STRIP]
     return np.hstack(crops)

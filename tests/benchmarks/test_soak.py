@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.soak import ending, films
-from tests.benchmarks.soak.ending import Kill, contents, faults, run
+from tests.benchmarks.soak.ending import Kill, faults, run
 from tests.benchmarks.soak.films import damaged, shot, write_film, write_marks
+from tests.tracker.clips import everything
 from tracker.tables.keypoints import read_keypoints
 from videos.container import VideoError
 from videos.frames import Video
@@ -26,7 +27,7 @@ def wrong(tmp_path):
     (folder / "old.csv").write_text("a,b\n1,2\n")
 
     def told(code, kill=None):
-        before = contents(folder)
+        before = everything(folder)
         program = (sys.executable, "-c", "import os, pathlib, sys, time; " + code)
         return list(faults(run(["track", "--quiet"], folder, kill, program), folder, before))
 

@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.viterbi import viterbi
 from kinematics.figure_file import load_figure
 from kinematics.recover import start_pose
+from kinematics.sides import exchanged as twins
 from kinematics.spm import UNMOVED
 from tests.benchmarks import gallery, mutations
 from tests.benchmarks.evaluation.calibration import distances, inside, mark_noise, nees
@@ -22,7 +23,7 @@ from tests.benchmarks.evaluation.feet import FEET
 from tests.benchmarks.evaluation.films import FILMS
 from tests.benchmarks.evaluation.held_out import tune
 from tests.benchmarks.evaluation.robustness import DROPPED, SHOTS, claims
-from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, spoil, twins
+from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, spoil
 from tests.benchmarks.evaluation.widths import ACROSS, edges
 from tests.benchmarks.motion import __main__ as motion
 from tests.benchmarks.motion.synthesis import spectrum, stride
@@ -234,14 +235,12 @@ def test_the_rival_smoother_conditions_each_path_on_all_its_points():
     y[3] = np.nan
     points = Points(("hip",), np.stack([y, y], axis=1)[:, None], np.ones((n, 1)))
     found = constant_velocity(points, acceleration, jitter).places[:, 0, 0]
-    # Place and speed of the first frame and every frame's own noise are what all that follows comes from.
-    A, rows, state = np.array([[1.0, 1.0], [0.0, 1.0]]), [], np.eye(2, 2 * n)
-    for t in range(n):
-        rows.append(state[0])
-        state = A @ state + np.eye(2, 2 * n, k=2 * (t + 1))
-    variance = np.r_[9.0 * jitter**2, 400.0, np.tile([1e-3 * acceleration**2, acceleration**2], n - 1)]
-    C, seen = np.array(rows), np.isfinite(y)
-    first = np.r_[y[0], np.zeros(2 * n - 1)]
+    # Place and speed of the first frame and every later change of speed are what all that follows comes from.
+    steps = np.tril(np.ones((n, n)))
+    steps[0] = 0.0
+    C, seen = np.c_[np.ones(n), np.cumsum(steps, axis=0)], np.isfinite(y)
+    variance = np.r_[9.0 * jitter**2, 400.0, np.full(n - 1, acceleration**2)]
+    first = np.r_[y[0], np.zeros(n)]
     mean, _, _ = condition(first, np.diag(variance), C[seen], jitter**2 * np.eye(6), y[seen])
     assert_allclose(found, C @ mean, atol=1e-6)
 

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
-from dynamics.gaussian import Gaussian
-from dynamics.kalman import predict, smooth, update
+from dynamics.slds import constant_velocity as slds_of
+from dynamics.viterbi import viterbi_all
+from kinematics.sides import exchanged
 from tracker.foreign.points import Points
 from tracker.run.score import Places
 from tracker.tables.keypoints import KEYPOINTS, Marks
@@ -67,7 +68,7 @@ def spoil(points: Points, damage: Damage, rng: np.random.Generator) -> Spoiled:
     frames, middle = rng.permutation(T), T // 2
     wrong = frames < round(damage.exchanged * T)
     wrong[middle - damage.stretch // 2 :][: damage.stretch] = True
-    order = twins(points.names)
+    order = exchanged(points.names)
     places[wrong] = places[wrong][:, order]
     near = [j for j, name in enumerate(points.names) if name.startswith("near_") and order[j] != j]
     merged = rng.permutation(T) < round(damage.both * T)
@@ -75,13 +76,6 @@ def spoil(points: Points, damage: Damage, rng: np.random.Generator) -> Spoiled:
     places[rng.permutation(T * J).reshape(T, J) < round(damage.missing * T * J)] = np.nan
     places[middle - damage.hole // 2 :][: damage.hole] = np.nan
     return Spoiled(_points(points.names, places), frozenset(np.flatnonzero(wrong).tolist()))
-
-
-def twins(names: tuple[str, ...]) -> NDArray[np.intp]:
-    """(J,) position of each point's name on the other leg; its own where there is none."""
-    other = {"near": "far", "far": "near"}
-    found = [f"{other.get(name.split('_')[0])}_{name.split('_')[-1]}" for name in names]
-    return np.array([names.index(twin) if twin in names else j for j, twin in enumerate(found)])
 
 
 def filled(points: Points) -> Points:
@@ -105,23 +99,12 @@ def constant_velocity(points: Points, acceleration: float, jitter: float) -> Poi
         acceleration: change of the speed a frame, px.
         jitter: standard deviation of a coordinate, px.
     """
-    A, b = np.array([[1.0, 1.0], [0.0, 1.0]]), np.zeros(2)
-    Q = acceleration**2 * np.diag([1e-3, 1.0])
-    C, R = np.array([[1.0, 0.0]]), np.array([[jitter**2]])
-    paths = np.moveaxis(points.places, 0, -1)[..., None]  # (J, 2, T, 1)
-    first = np.moveaxis(filled(points).places[:1], 0, -1)
-    mean = np.concatenate([first, np.zeros_like(first)], axis=-1)
-    cov = np.diag([(3.0 * jitter) ** 2, FIRST_SPEED**2])
-    belief = Gaussian(mean, np.broadcast_to(cov, (*mean.shape, 2)))
-    ahead = []
-    for t in range(len(points)):
-        prior = predict(belief, A, b, Q) if t else belief
-        belief, _ = update(prior, paths[..., t, :], C, R)
-        ahead.append(belief)
-    found = [ahead[-1]]
-    for filtered in ahead[-2::-1]:
-        found.append(smooth(filtered, found[-1], A, b, Q)[0])
-    return replace(points, places=np.stack([each.mean[..., 0] for each in found[::-1]]))
+    unit = 3.0 * jitter
+    slds = slds_of(("place",), [acceleration / unit], [FIRST_SPEED / unit], 1.0)
+    paths, first = points.places.reshape(len(points), -1), filled(points).places[0].ravel()
+    found = viterbi_all(replace(slds, R=np.eye(1) / 9.0), list(((paths - first) / unit).T[..., None]))
+    places = first + unit * np.stack([each.states.mean[:, 0] for each in found], axis=1)
+    return replace(points, places=places.reshape(points.places.shape))
 
 
 def by_frame(points: Points) -> dict[int, Places]:

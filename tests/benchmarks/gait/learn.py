@@ -21,9 +21,9 @@ from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.mocap import MotionError, Trial, read_trials
 from kinematics.sides import SIDES, Side
-from kinematics.spm import UNMOVED, View
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of, motions
+from tests.tracker.strolls import track_of
 from tracker.gait.moments import OFF, STRIKE, Way, Weights, named, sampling
 from tracker.run.track import Track
 from tracker.scene.steps import Array, Build, Gait, random_build
@@ -139,21 +139,8 @@ def shown_at(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Trac
     times = np.arange(rng.uniform(0.0, 0.5 / fps), motion.seconds - 1.0 / RATE, 1.0 / fps)
     figure = figure_of(build)
     q = poses(figure, build, gait_of(motion, build, times))
-    track = Track(
-        figure=figure,
-        view=View((0.0, 0.0), 100.0, 1),
-        model="capture",
-        labels=(motion.label,),
-        first=0,
-        times=times,
-        q=q,
-        cov=np.tile(np.radians(NOISE) ** 2 * np.eye(q.shape[1]), (len(q), 1, 1)),
-        s=np.zeros(len(q), np.intp),
-        motions=(motion.label,) * len(q),
-        outcome=("ok",) * len(q),
-        moved=np.tile(UNMOVED, (len(q), 1)),
-        mark=0.0,
-    )
+    track = track_of(q, times, np.radians(NOISE))
+    track = replace(track, figure=figure, labels=(motion.label,), motions=(motion.label,) * len(q))
     return track, build, dense
 
 

@@ -9,13 +9,7 @@ import numpy as np
 from tests.benchmarks.soak.films import damaged, shot, write_film, write_marks
 from tests.tracker.gaits import both as walk_and_run
 from tests.tracker.gaits import gait_model, saved, sequence, write_poses
-from tracker.cli.demo import write_scene
-from tracker.clip.follow import follow
-from tracker.clip.job import Following
-from tracker.progress import Progress
-from tracker.report.results import write_run
-from tracker.scene.film import render
-from tracker.tables.keypoints import read_keypoints
+from tests.tracker.records import walked
 from tracker.tables.table import write_table
 
 Rng = np.random.Generator
@@ -32,8 +26,8 @@ def stock(folder: Path) -> Path:
     poses, labels = walk_and_run(rng)
     write_poses(folder / "poses.csv", sequence(poses, labels=labels), further=("label",))
     (folder / "quick.toml").write_text("rounds = 2\n", encoding="utf-8")
-    for name, seed in (("run", 2), ("other", 3)):
-        _run(folder / name, seed)
+    for name, period in (("run", 1.1), ("other", 1.0)):
+        walked(folder / name, height=1.7, period=period)
     return folder
 
 
@@ -69,17 +63,6 @@ def line(folder: Path, rng: Rng) -> Words:
 def film_of(folder: Path, name: str) -> str:
     """How the film of this name is called with its ending."""
     return next(path.name for path in sorted(folder.iterdir()) if path.stem == name and path.suffix != ".csv")
-
-
-def _run(folder: Path, seed: int) -> None:
-    """A finished run of a walk of some strides."""
-    aside = folder.parent.parent / f"{folder.name}-film"
-    aside.mkdir()
-    video, marks = write_scene(render(seed, frames=90, size=(640, 240), shrubs=False), aside)
-    given = {0: read_keypoints(marks)[0]}
-    job = Following(model="cv", height=1.7).job(video, given)
-    folder.mkdir()
-    write_run(follow(job, Progress("quiet")), folder, Progress("quiet"))
 
 
 def _some(rng: Rng, share: float, *words: object) -> Words:

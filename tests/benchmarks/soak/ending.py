@@ -1,7 +1,6 @@
 """One command run, perhaps killed, and what is wrong with how it ended."""
 
 import csv
-import hashlib
 import json
 import os
 import re
@@ -17,6 +16,8 @@ from pathlib import Path
 
 import av
 import numpy as np
+
+from tests.tracker.clips import everything
 
 MOST_MEMORY = 2**30  # bytes resident, of the command or any process that it started
 MOST_SECONDS = 300.0
@@ -82,8 +83,8 @@ def run(words: Sequence[str], folder: Path, kill: Kill | None, program: Sequence
     return Ending(words, kill, status, *text, seconds, used, late, orphans)
 
 
-def faults(ending: Ending, folder: Path, before: dict[Path, str]) -> Iterator[str]:
-    """What is wrong with the end of a command in a folder that held `before`, as `contents` tells it."""
+def faults(ending: Ending, folder: Path, before: dict[Path, bytes]) -> Iterator[str]:
+    """What is wrong with the end of a command in a folder that held `before`, as `everything` tells it."""
     yield from _of_process(ending)
     if ending.status in (0, 1, 2) and not _of_python(ending):
         yield from _of_words(ending)
@@ -91,18 +92,9 @@ def faults(ending: Ending, folder: Path, before: dict[Path, str]) -> Iterator[st
         yield from (f"{path} is left over" for path in leftovers(folder))
     yield from _of_files(folder, before)
     if ending.kill is None and ending.status and ending.words[0] != "batch":
-        after = contents(folder)
+        after = everything(folder)
         changed = [path for path in sorted(before | after) if before.get(path) != after.get(path)]
         yield from (f"{path} is changed by a refusal" for path in changed if not KEPT.search(path.name))
-
-
-def contents(folder: Path) -> dict[Path, str]:
-    """Every file of the folder by its path in it, and what tells its content."""
-    return {
-        path.relative_to(folder): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -190,9 +182,9 @@ def _of_words(ending: Ending) -> Iterator[str]:
         yield from (f"a quiet command says {text[:80]!r}" for text in others[:1])
 
 
-def _of_files(folder: Path, before: dict[Path, str]) -> Iterator[str]:
+def _of_files(folder: Path, before: dict[Path, bytes]) -> Iterator[str]:
     """Files under their final names that were not there before and cannot be read."""
-    for path, content in contents(folder).items():
+    for path, content in everything(folder).items():
         aside = any(part.endswith(".part") for part in path.parts)
         if aside or before.get(path) == content:
             continue

@@ -15,7 +15,8 @@ import av
 import numpy as np
 
 from tests.benchmarks.soak.commands import furnish, line
-from tests.benchmarks.soak.ending import SIGNALS, Ending, Kill, contents, faults, leftovers, run
+from tests.benchmarks.soak.ending import SIGNALS, Ending, Kill, faults, leftovers, run
+from tests.tracker.clips import everything
 
 COMMANDS = 3  # a seed, at most
 KILLED = 0.35  # share of commands
@@ -57,11 +58,11 @@ def soaked(seed: int, stocked: Path, keep: Path | None) -> Found:
 
 def _ends(words: list[str], folder: Path, kill: Kill | None) -> Iterator[tuple[Ending, list[str]]]:
     """How the command ended, and where SIGKILL ended it, how its next try did."""
-    before = contents(folder)
+    before = everything(folder)
     ending = run(words, folder, kill)
     yield ending, list(faults(ending, folder, before))
     if ending.status == -signal.SIGKILL and leftovers(folder):
-        before = {path: told for path, told in contents(folder).items() if ".part" not in str(path)}
+        before = {path: told for path, told in everything(folder).items() if ".part" not in str(path)}
         again = run(words, folder, None)
         yield again, list(faults(again, folder, before))
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from kinematics.recover import start_pose
-from tests.benchmarks.evaluation.spoiled import twins
+from kinematics.sides import exchanged as twins
 from tests.kinematics.figures import WALKER
 from tests.tracker.clips import figtrack, points_of, read_json, refused, succeeds, write_table
 from tests.tracker.tracks import random_track
