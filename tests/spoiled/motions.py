@@ -14,6 +14,17 @@ SETTINGS = cases(
     ("has one that is a flag", written("noise = true\n"), "noise: input should be a valid number, got True"),
     ("has a list of flags", written("blurs = [true]\n"), "blurs.0: input should be a valid number, got True"),
     ("has one that is not a number", written("noise = nan\n"), "noise: "),
+    (
+        "has a share of a step",
+        written("iterations = 2.5\n"),
+        "iterations: input should be a valid integer, got 2.5",
+    ),
+    (
+        "has a word for a flag",
+        written("camera = 'yes'\n"),
+        "camera: input should be a valid boolean, got 'yes'",
+    ),
+    ("has a number for a list", written("blurs = 0.05\n"), "blurs: input should be a valid array, got 0.05"),
     ("has one too fine to be", written("spacing = 1e-300\n"), "spacing: "),
     ("has one too large to be", written("mark = 1e200\n"), "mark: "),
     ("has one of too many digits", written(f"hypotheses = {'9' * 5000}\n"), "s.toml"),

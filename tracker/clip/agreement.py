@@ -20,6 +20,9 @@ from tracker.run.track import Track, blocks
 MARKED, FOUND = 7 / 3, 1.0  # variance of the outline's constant error over that of a marked or found start
 FEWEST = 10  # frames in which a joint must be seen
 KNEES = {f"knee_{side}" for side in SIDES}
+FAR = (
+    0.09  # root mean square of the joints' differences from which on the outline is not believed, leg lengths
+)
 RIDGE = 0.01  # prior variance of the error of a joint over that of a freedom, leg lengths and radians
 
 
@@ -38,7 +41,8 @@ def agreed(plan: Plan, track: Track) -> Track:
 def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Array:
     """(D,) difference of the pose that leads from a track's joints to those of the outline.
 
-    It is the ridge regression, on the mean derivatives of the joints, of the medians of their differences.
+    It is the ridge regression, on the mean derivatives of the joints, of the medians of their differences; no
+    difference if these are greater than errors of marks are, as the outline is then wrong.
     Knees stay: outlines are fitted with the usual strides, from which people differ by how they bend them.
     """
     apart = _apart(track, outline)
@@ -46,13 +50,15 @@ def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Arra
     often = known.sum(0) >= FEWEST
     if not often.any():
         return np.zeros(track.q.shape[1])
+    middle = np.nanmedian(apart[:, often], axis=0)
+    if (middle**2).sum(-1).mean() > FAR**2:
+        return np.zeros(track.q.shape[1])
     J = np.zeros((len(often), 2, track.q.shape[1]))
     for some in blocks(len(track)):
         J += np.einsum("tj,tjad->jad", known[some], joint_jacobian(track.figure, track.q[some]))
     J[..., [name in KNEES for name in track.figure.freedoms]] = 0.0
     J = (J[often] / known.sum(0)[often, None, None]).reshape(-1, J.shape[-1])
-    middle = np.nanmedian(apart[:, often], axis=0).ravel()
-    return np.linalg.solve(J.T @ J + RIDGE * np.eye(J.shape[1]), J.T @ middle)
+    return np.linalg.solve(J.T @ J + RIDGE * np.eye(J.shape[1]), J.T @ middle.ravel())
 
 
 def _apart(track: Track, outline: Mapping[int, Detections]) -> Array:

@@ -67,6 +67,12 @@ def test_single_frames_elsewhere_and_those_in_which_nothing_was_measured_do_not_
     assert_array_equal(constant_difference(lost, outline | away), constant_difference(lost, outline))
 
 
+def test_an_outline_much_farther_off_than_marks_are_is_not_believed(track):
+    near, far = (constant_difference(track, outline_of(track, change(root_x=by))) for by in (0.085, 0.095))
+    assert near[0] > 0.08
+    assert_array_equal(far, 0.0)
+
+
 def test_a_few_frames_tell_nothing(track):
     by = change(**OFF)
     few = range(10, 10 + FEWEST)
