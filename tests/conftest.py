@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from tests.tracker.browser import Browser, chromium
-from tests.tracker.clips import Clip, make_clip
+from tests.tracker.clips import Clip, make_clip, write_video
+from tests.tracker.outline.films import FIRST, a_walk
 from tracker.models.cluster import local_cluster
 
 if TYPE_CHECKING:
@@ -41,6 +42,14 @@ def data_dir() -> Path:
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Clip:
     """Ten frames of a rendered walk; not to be written to."""
     return make_clip(tmp_path_factory.mktemp("clip"))
+
+
+@pytest.fixture(scope="session")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A film of who walks to the right, from within a stride on; not to be written to."""
+    path = tmp_path_factory.mktemp("film") / "walk.mp4"
+    write_video(path, a_walk().images[FIRST:])
+    return path
 
 
 @pytest.fixture(scope="session")

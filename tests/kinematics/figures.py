@@ -3,20 +3,58 @@
 import cmath
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kinematics.figure import SCALE, STRETCH
-from kinematics.figure_file import load_figure
-
-# Another figure as a TOML and no code.
-HORSE_FILE = Path(__file__).with_name("horse.toml")
+from kinematics.figure_file import figure_from, load_figure
+from kinematics.sides import SIDES, other_side
 
 WALKER = load_figure("walker")
-HORSE = load_figure(HORSE_FILE)
 ARMS = load_figure("walker-arms")
+
+
+def _link(name, joint, length, width, limits=None, layer=2, **more):
+    """A link as a file has it; its angle, if it has limits, is called as it is unless told otherwise."""
+    turns = {"freedom": name, "limits": limits} if limits else {}
+    return {"name": name, "joint": joint, "length": length, "width": width, "layer": layer} | turns | more
+
+
+def _far(link):
+    """The link of the other side."""
+    return {key: other_side(of) if isinstance(of, str) else of for key, of in link.items()} | {"layer": 0}
+
+
+# A horse: links that start along their parent and at its very start, hooves that cannot turn, a tail whose
+# angles lie about 180 degrees, and legs that are not the walker's.
+TRUNK = [
+    _link("trunk", "withers", 0.9, 0.5, [-30, 30], 1),
+    _link("neck", "poll", 0.6, 0.3, [-20, 80], 1, parent="trunk", at=0.95, rest=50, sense=-1, taper=0.6),
+    _link("head", "muzzle", 0.4, 0.2, [10, 130], 1, parent="neck", at=0.9, rest=180, taper=0.5),
+    _link("tail", "dock", 0.5, 0.1, [110, 250], 1, parent="trunk", at=0.0, breathes=False),
+]
+SHANK, ARM = {"parent": "thigh_near", "sense": -1}, {"parent": "arm_near", "sense": -1}
+HIND = [
+    _link("thigh_near", "near_stifle", 0.5, 0.3, [-50, 60], rest=-90, freedom="hip_near"),
+    _link("shank_near", "near_hock", 0.5, 0.15, [5, 120], **SHANK, freedom="hock_near"),
+    _link("hoof_near", "near_hoof", 0.2, 0.1, parent="shank_near", rest=20, breathes=False),
+]
+FORE = [
+    _link(
+        "arm_near", "near_knee", 0.5, 0.2, [-50, 70], parent="trunk", at=0.85, rest=-90, freedom="elbow_near"
+    ),
+    _link("cannon_near", "near_fetlock", 0.4, 0.1, [-10, 120], **ARM, freedom="knee_near"),
+]
+HORSE = figure_from(
+    {
+        "name": "horse",
+        "base": "croup",
+        "leg": ["thigh", "shank"],
+        "optional": [f"{side}_{j}" for side in SIDES for j in ("hock", "hoof", "knee", "fetlock")],
+        "links": [*TRUNK, *(link for leg in (HIND, FORE) for link in (*leg, *map(_far, leg)))],
+    }
+)
 FIGURES = [WALKER, HORSE]
 every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 FOOTLESS = replace(

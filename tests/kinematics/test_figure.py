@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from kinematics.figure import Figure
 from kinematics.figure_file import figure_from, load_figure
 from kinematics.mocap import POSE_COLUMNS
-from tests.kinematics.figures import HORSE, HORSE_FILE, WALKER, every_figure
+from tests.kinematics.figures import HORSE, WALKER, every_figure
 
 ARM = """
 name = "arm"
@@ -111,7 +111,6 @@ def test_a_figure_loads_by_name_and_by_path(tmp_path):
     assert arm == load_figure(str(path)) == figure_from(tomllib.loads(ARM))
     assert (arm.name, arm.joints, arm.leg) == ("arm", ("shoulder", "elbow", "wrist"), ())
     assert load_figure() == load_figure("walker") == WALKER
-    assert load_figure(HORSE_FILE) == HORSE
 
 
 def test_degrees_become_radians_and_what_is_left_out_its_default():

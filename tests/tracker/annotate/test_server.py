@@ -136,17 +136,6 @@ def test_a_facing_that_was_told_is_judged_by_and_handed_on(clip, table):
         assert way == {1: "right", -1: "left", None: None}[facing]
 
 
-def test_the_joints_come_in_order_with_the_limb_they_end(client, clip):
-    joints = client.server.session.opening()["joints"]
-    assert [joint["name"] for joint in joints] == list(KEYPOINTS)
-    before = {joint["name"]: joint["before"] for joint in joints}
-    assert (before["hip"], before["neck"], before["head_top"]) == (None, "hip", "neck")
-    assert (before["far_knee"], before["far_ankle"], before["far_toe"]) == ("hip", "far_knee", "far_ankle")
-    needed = {joint["name"] for joint in joints if joint["needed"]}
-    assert needed == {"head_top", "neck", "hip", "near_knee", "far_knee"}
-    assert {joint["side"] for joint in joints} == {"near", "far", "trunk"}
-
-
 def test_marks_however_wild_are_judged_and_nothing_is_printed_of_them(client, rng, capfd):
     for _ in range(200):
         scale = 10.0 ** rng.integers(-3, 6)

@@ -12,8 +12,8 @@ from tests.kinematics.figures import FOOTLESS
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.annotate.pages import Page, near, session_page
-from tests.tracker.clips import succeeds, write_video
-from tests.tracker.outline.films import WALKER, a_walk
+from tests.tracker.clips import succeeds
+from tests.tracker.outline.films import FIRST, WALKER, a_walk
 from tracker.annotate import suggestion as module
 from tracker.annotate.launch import _suggest
 from tracker.annotate.marks import Table
@@ -28,18 +28,9 @@ from tracker.tables.keypoints import Mark, points, read_keypoints, write_marks
 from videos.frames import Video
 
 QUIET = Progress("quiet")
-FIRST = 5  # the film begins within a stride
 APART = 0.85  # of the farthest that they come apart, the ankles are in a frame that is suggested
 WITHIN = 2.0  # pixels of a leg of 40; people are marked with longer trunks than the walker was painted with
 LEFT = {6: {"hip": Mark(100.0, 90.0), "near_knee": Mark(101.0, 110.0)}}
-
-
-@pytest.fixture(scope="module")
-def film(tmp_path_factory):
-    """Who walks to the right, for 27 frames; not to be written to."""
-    path = tmp_path_factory.mktemp("film") / "walk.mp4"
-    write_video(path, a_walk().images[FIRST:])
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -55,11 +46,6 @@ def truth_of(frame):
     apart = np.abs(np.diff(joints[:, ankles, 0], axis=1))[:, 0]
     assert apart[frame] > APART * apart.max()
     return dict(zip(WALKER.joints, map(tuple, joints[frame]), strict=True))
-
-
-@pytest.fixture
-def table(tmp_path):
-    return tmp_path / "k.csv"
 
 
 def test_the_suggestion_is_who_walks_through_the_film_with_the_ankles_apart(film, table):

@@ -1,14 +1,11 @@
 """The table of jobs: what it says of each clip, and what cannot be."""
 
-from dataclasses import replace
-
 import pytest
 
 from tests.tracker.clips import write_table
 from tracker.batch.jobs import JobsError, read_jobs
-from tracker.clip.job import Following, Job
+from tracker.clip.job import Following
 from tracker.progress import Progress
-from tracker.settings import Settings
 from tracker.tables.keypoints import KEYPOINTS, Mark, write_marks
 
 HEADER = ("video", "keypoints", "start", "model", "out")
@@ -40,25 +37,6 @@ def test_files_are_relative_to_the_table_and_results_to_their_place(table, tmp_p
     assert (other.out, other.how.start) == (tmp_path / "place" / "out é", 6)
 
 
-def test_a_row_is_the_job_that_track_would_do(table, tmp_path, clip):
-    (tmp_path / "Läufe").mkdir()
-    (tmp_path / "Läufe" / "s.toml").write_text("iterations = 3\n")
-    more = ("from", "stop", "facing", "rate", "smooth", "settings", "anchors", "measure", "templates")
-    rows = (
-        (clip.video, clip.keypoints, 3, "cv", "a", 2, 7, "left", 0.5, 0, "s.toml", 1, "net.csv", 0),
-        (clip.video, clip.keypoints, "", "cv", "b", "", "", "", "", "", "", "", "", ""),
-    )
-    one, other = (row.job() for row in read_jobs(table(*rows, header=HEADER + more), tmp_path, QUIET))
-    marks = one.marks
-    assert len(marks) == len(clip)
-    settings = Settings(iterations=3, templates=False)
-    wanted = Job(
-        clip.video, marks, model="cv", settings=settings, start=3, from_=2, stop=7, facing=-1, rate=0.5
-    )
-    assert one == replace(wanted, smooth=False, anchors=True, measure=tmp_path / "Läufe" / "net.csv")
-    assert other == Job(clip.video, marks, model="cv")
-
-
 def test_short_rows_have_empty_cells_and_columns_any_order(table, tmp_path):
     path = table(("k.csv", " a.mp4 "), header=("keypoints", " video ", "start"))
     (row,) = read_jobs(path, tmp_path, QUIET)
@@ -77,13 +55,11 @@ ROW = ("a.mp4", "k.csv", "", "", "")
 @pytest.mark.parametrize(
     ("header", "rows", "words"),
     [
-        (HEADER, (), "has no jobs; write a row"),
         (HEADER, (("", "k.csv", "", "", ""),), "line 2: video is empty"),
         (HEADER, (ROW, ("b.mp4", "k.csv", "-1", "", "")), "line 3: start must be a whole number from 0"),
         (HEADER, (("b.mp4", "k.csv", "٣", "", ""),), "start must be a whole number"),
         (HEADER, ((*ROW, "x"),), "line 2 has more cells than the header"),
         ((*HEADER, "rate"), ((*ROW, "9"),), "rate must be from 0.25 to 4, or empty; got '9'"),
-        ((*HEADER, "rate"), ((*ROW, "nan"),), "rate must be"),
         ((*HEADER, "person"), ((*ROW, "0"),), "line 2: person must be at least 1"),
         ((*HEADER, "height", "scale"), ((*ROW, "1.7", "300"),), "line 2: give either height or scale"),
         ((*HEADER, "facing"), ((*ROW, "up"),), "facing must be left, right or empty; got 'up'"),
@@ -128,11 +104,6 @@ def test_films_of_one_name_have_results_of_their_own(tmp_path):
 def test_a_figure_is_relative_to_the_table(table, tmp_path):
     (row,) = read_jobs(table(("a.mp4", "dog.toml"), header=("video", "figure")), tmp_path, QUIET)
     assert row.how.figure == str(tmp_path / "Läufe" / "dog.toml")
-
-
-def test_a_folder_without_films_is_told(tmp_path):
-    with pytest.raises(JobsError, match=r"has no films \(.avi, .*\); give a folder of films or a table"):
-        read_jobs(tmp_path, tmp_path, QUIET)
 
 
 def test_files_that_are_not_there_are_told_before_any_work(table, tmp_path, clip, capsys):

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.tracker.clips import read_json, succeeds, write_video
-from tests.tracker.outline.films import a_walk
+from tests.tracker.clips import read_json, succeeds
 from tracker.cli import demo
 from tracker.cli.demo import FILM, LICENCE, PACKAGE, SHA256, FilmError, fetch
 from tracker.clip.again import read_finished
@@ -17,10 +16,8 @@ from tracker.run.folder import fresh_folder
 
 
 @pytest.fixture
-def package(tmp_path, monkeypatch):
+def package(film, monkeypatch):
     """A package with a film of a walk in it, as pip would leave it; gives what pip was asked for."""
-    film = tmp_path / "walk.mp4"
-    write_video(film, a_walk().images[5:])
     asked = []
 
     def pip(command, **_):
@@ -36,15 +33,17 @@ def package(tmp_path, monkeypatch):
     return asked
 
 
-def test_one_package_is_fetched_by_its_checksum_and_only_its_film_and_licence_are_kept(package, tmp_path):
+def test_one_package_is_fetched_by_its_checksum_and_only_its_film_and_licence_are_kept(
+    film, package, tmp_path
+):
     folder = tmp_path / "out"
     folder.mkdir()
-    film = fetch(folder)
+    kept = fetch(folder)
     command, wanted = package
     assert wanted == f"{PACKAGE} --hash=sha256:{SHA256}\n"
     assert len(SHA256) == hashlib.sha256().digest_size * 2
     assert {"--no-deps", "--require-hashes"} <= set(command)
-    assert film.read_bytes() == (tmp_path / "walk.mp4").read_bytes()
+    assert kept.read_bytes() == film.read_bytes()
     assert {path.name for path in folder.iterdir()} == {"demo.mp4", "demo.LICENSE.txt"}
 
 

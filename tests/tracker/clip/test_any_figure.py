@@ -162,6 +162,7 @@ def test_the_marking_page_asks_for_its_joints_in_its_order(film, tmp_path):
         "rump": None,
     }
     assert [told[f"knee_{leg}"]["twin"] for leg in (1, 2, 3)] == ["knee_5", "knee_4", "knee_3"]
+    assert {name for name in told if told[name]["needed"]} == set(FIVE.needed)
     assert [told[name]["side"] for name in ("knee_1", "snout", "foot_5")] == ["near", "trunk", "far"]
     rows = read_csv(film.marks)[: len(FIVE.marks)]
     marks = {row["keypoint"]: {"x": float(row["x"]), "y": float(row["y"])} for row in rows}

@@ -22,7 +22,7 @@ from tracker.foreign.text_files import ForeignError
 from tracker.loop.detections import EXCHANGED, Detections
 from tracker.progress import Progress
 from tracker.settings import Settings
-from tracker.tables.keypoints import points, read_keypoints
+from tracker.tables.keypoints import read_keypoints
 
 ALONE = ("--no-templates", "--quiet")
 
@@ -188,22 +188,6 @@ def test_between_anchors_the_points_count_too(clip, true_points, measured, tmp_p
     assert set(found.outcome) <= {"ok", "hidden"}
     truth = np.stack([clip.joints[name] for name in found.figure.joints], axis=1)
     assert np.linalg.norm(found.joints() - truth, axis=-1).mean() / clip.leg_px < 0.02
-
-
-def test_an_export_is_read_back_to_the_hundredth_of_a_pixel(clip, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = ("--keypoints", clip.keypoints, "--model", "cv", "--out", "run", "--quiet")
-    assert figtrack("track", clip.video, *words).exit_code == 0
-    assert figtrack("export", "run", "--to", "dlc", "--quiet").exit_code == 0
-    plan = prepare(
-        Job(clip.video, read_keypoints(clip.keypoints), model="cv", measure=tmp_path / "run.dlc.csv")
-    )
-    exported = read_keypoints(tmp_path / "run" / "keypoints.csv")
-    assert len(plan.measured.frames) == 10
-    for frame, found in plan.measured.frames.items():
-        names = [plan.start.figure.joints[j] for j in found.joint]
-        assert len(names) == 9
-        assert_allclose(found.pixels, [points(exported[frame])[name] for name in names], atol=0.01)
 
 
 def test_without_templates_and_points_there_is_nothing_to_follow(clip):

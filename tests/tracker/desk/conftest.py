@@ -5,27 +5,15 @@ import shutil
 import pytest
 
 from tests.tracker.annotate.clients import serving
-from tests.tracker.clips import write_video
-from tests.tracker.outline.films import a_walk
 from tracker.desk.desk_page import Desk, Server
-
-FIRST = 5  # the film begins within a stride
-
-
-@pytest.fixture(scope="module")
-def walk(tmp_path_factory):
-    """A film of who walks to the right; not to be written to."""
-    path = tmp_path_factory.mktemp("film") / "walk.mp4"
-    write_video(path, a_walk().images[FIRST:])
-    return path
 
 
 @pytest.fixture
-def folder(walk, tmp_path):
+def folder(film, tmp_path):
     """A folder with that film in it and something else."""
     place = tmp_path / "films"
     place.mkdir()
-    shutil.copy(walk, place)
+    shutil.copy(film, place)
     (place / "notes.txt").write_text("not a film")
     return place
 

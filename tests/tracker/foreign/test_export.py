@@ -239,17 +239,3 @@ def test_what_was_written_before_an_interrupt_is_told(run, tmp_path, monkeypatch
     written = {path.name for path in tmp_path.iterdir() if path != run.parent}
     assert len(written) == 2
     assert all(name in said for name in written)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--to", "bvh"),
-        ("--to", "trc", "--height", 175),
-        ("--to", "trc", "--scale-points", "1,2,3,4"),
-        ("--to", "trc", "--scale-points", "1,2,3,4,five"),
-        ("--to", "trc", "--scale-points", "1,2,3,4,5", "--height", 1.7),
-    ],
-)
-def test_wrong_usage_is_exit_status_2(run, words):
-    assert figtrack("export", run, *words).exit_code == 2

@@ -87,16 +87,6 @@ def test_a_file_of_another_layout_is_refused(tmp_path, seen):
         read_people(tmp_path)
 
 
-def test_a_folder_of_something_else_is_refused(tmp_path):
-    with pytest.raises(ForeignError, match="holds no files"):
-        read_people(tmp_path)
-    with pytest.raises(ForeignError, match="no file"):
-        read_people(tmp_path / "absent")
-    write_frame(tmp_path, 999999999999, numbers(1.0, 0.5))
-    with pytest.raises(ForeignError, match="frame 999999999999"):
-        read_points(tmp_path, 1)
-
-
 def test_a_folder_is_openpose_s_only_if_it_holds_nothing_else(folder):
     assert holds_frames(folder)
     (folder / "notes.txt").write_text("")

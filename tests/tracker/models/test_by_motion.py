@@ -7,15 +7,20 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.mocap import POSE_COLUMNS, mirror
-from tests.tracker.models.made import ONE, gait, learned
+from tests.tracker.gaits import ONE, captures, gait, gait_model, learned
 from tracker.models.by_motion import ESteps
 
 LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
 TURNING = slice(2, None)  # columns of the angles
 
 
-def test_every_motion_has_its_own_labelled_states(two_states):
-    slds = two_states
+@pytest.fixture(scope="module")
+def sequences():
+    return captures()
+
+
+def test_every_motion_has_its_own_labelled_states():
+    slds = gait_model()
     assert slds.labels == ("walk", "walk", "run", "run")
     assert slds.names == POSE_COLUMNS
     assert slds.travelling == ("root_x", "root_y")
@@ -71,8 +76,8 @@ def mean_speed(slds, poses):
 
 @pytest.mark.parametrize(("label", "subjects"), [("walk", "bbbbb"), ("run", "bcdef")])
 def test_subjects_and_pooled_motions_count_alike_however_much_there_is_of_them(rng, label, subjects):
-    slow = [("a", "walk", gait(rng, T=96, speed=0.04))]
-    fast = [(subject, label, gait(rng, T=96, speed=0.08)) for subject in subjects]
+    slow = [("a", "walk", gait("walk", 96, rng, speed=0.04))]
+    fast = [(subject, label, gait("walk", 96, rng, speed=0.08)) for subject in subjects]
     slds = learned(slow + fast, replace(ONE, order=1), pooled=label == "run")
     whole = np.concatenate([y for _, _, y in slow + fast])
     whole[:, 3] -= whole[:, 3].mean()

@@ -10,8 +10,7 @@ from dynamics.motion.rate import backwards
 from dynamics.store import load_shipped
 from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.gaits import saved
-from tests.tracker.models.made import learned
+from tests.tracker.gaits import gait_model, saved
 from tests.tracker.painted import FULL
 from tracker.clip.asked import asked
 from tracker.clip.job import Following
@@ -64,8 +63,8 @@ def test_a_shipped_model_comes_at_the_clip_s_frame_rate(name):
         assert_allclose(speed, want, rtol=0.1)
 
 
-def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(two_states, tmp_path):
-    slds = two_states
+def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(tmp_path):
+    slds = gait_model()
     joined = find_model(str(saved(tmp_path / "mine.npz", slds)), 30.0, FULL)
     assert joined.labels == (*slds.labels, "free")
     assert_array_equal(joined.A[:-1], slds.A)
@@ -80,8 +79,8 @@ def test_the_free_state_is_taken_up_as_often_in_a_second(fps, entries):
     assert fps * joined.Pi[0, -1] == pytest.approx(entries * FULL.surprise, rel=0.01)
 
 
-def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):
-    free = find_model(str(saved(tmp_path / "mine.npz", learned(sequences))), 60.0, FULL)
+def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(tmp_path):
+    free = find_model(str(saved(tmp_path / "mine.npz", gait_model())), 60.0, FULL)
     d = len(free.names)
     assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
     # A change of speed a frame, in half the time: of the speed 1 / sqrt(2), and of the step half of that.
@@ -90,8 +89,8 @@ def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(seq
     assert_allclose(free.mean0[-1], free.mean0[:-1].mean(axis=0), rtol=1e-9, atol=1e-12)
 
 
-def test_the_free_state_goes_on_as_it_went_backwards_too(two_states, tmp_path):
-    found = find_model(str(saved(tmp_path / "mine.npz", two_states)), 30.0, FULL)
+def test_the_free_state_goes_on_as_it_went_backwards_too(tmp_path):
+    found = find_model(str(saved(tmp_path / "mine.npz", gait_model())), 30.0, FULL)
     turned, free = seen_backwards(found), len(found.labels) - 1
     assert found.labels[free] == "free"
     for name in ("A", "b", "Q"):

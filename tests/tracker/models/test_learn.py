@@ -88,13 +88,10 @@ def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
         ("pooled = 7", "pooled: input should be a valid boolean"),
         ('licences = "CMU"', "licences: input should be a valid array, got 'CMU'"),
         ("round = 2", "round: no such setting"),
-        ("rounds: 2", "learn.toml is no TOML file"),
-        (None, "no settings file"),
     ],
 )
 def test_settings_of_learning_that_cannot_be_are_refused_with_their_key(trials, tmp_path, text, words):
-    file = tmp_path / "absent.toml" if text is None else settings(tmp_path, text)
-    assert words in refused(*learn(trials, tmp_path / "m.npz", settings=file))
+    assert words in refused(*learn(trials, tmp_path / "m.npz", settings=settings(tmp_path, text)))
 
 
 def test_settings_of_learning_are_heeded(trials, tmp_path, monkeypatch):

@@ -25,8 +25,6 @@ def test_one_motion_of_a_model_has_its_states_alone():
     kept = [i for i, label in enumerate(gait_model().labels) if label == "walk"]
     assert_array_equal(walk.A, gait_model().A[kept])
     assert of_motion(gait_model(), None) is gait_model()
-    with pytest.raises(ValueError, match="no motion 'swim'; it has walk, run"):
-        of_motion(gait_model(), "swim")
 
 
 def test_a_stride_makes_one_person_s_gait_of_the_motion_that_is_asked_for():

@@ -27,6 +27,7 @@ WALK = 4  # among the cycles
 FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.runs, CYCLES.rare)))  # for speed
 FRAMES, SIZE, UNIT, FPS = 32, (240, 160), 40.0, 30.0
 MIDDLE = FRAMES // 2
+FIRST = 5  # frame of those that begin within a stride
 PERIOD = 34.7  # frames a stride
 SPEED = 2.2  # pixels a frame
 HIP = 100.0  # row

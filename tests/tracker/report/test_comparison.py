@@ -145,16 +145,7 @@ def test_a_truth_without_frames_after_the_start_is_refused_before_the_work(clip,
     write_table(tmp_path / "truth.csv", [*clip.rows([0]), (5, "near_toe", 1, 1, 1)])
     more = ["--truth", tmp_path / "truth.csv"]
     assert "the truth marks no frame after frame 0" in refused(*compare(clip, tmp_path / "out", *more))
-    assert "no keypoints file" in refused(
-        *compare(clip, tmp_path / "out", "--truth", tmp_path / "absent.csv")
-    )
     assert not (tmp_path / "out").exists()
-
-
-def test_a_truth_that_lies_beyond_the_film_is_told_by_its_length(clip, tmp_path):
-    write_table(tmp_path / "truth.csv", [*clip.rows([0]), (200, "hip", 9, 9, 1)])
-    said = refused(*compare(clip, tmp_path / "out", "--truth", tmp_path / "truth.csv"))
-    assert f"the truth marks no frame from 1 to {len(clip) - 1}, the film's last" in said
 
 
 def test_anchors_of_the_very_truth_leave_nothing_to_score(clip, job, tmp_path, monkeypatch):

@@ -174,6 +174,7 @@ def test_of_a_copied_film_every_frame_is_shown_with_its_figure(browser, tmp_path
     assert tuple(browser.value(film_size)) == size
     for frame in (0, 1, 11, len(frames) - 1, len(frames) - 4):
         report.go(frame, first)
+        assert report.cursor() == pytest.approx(np.ptp(times[: frame + 1]) / np.ptp(times), abs=0.005)
     browser.press(" ")
     browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
     report.shows(len(frames) - 1, first)
