@@ -1,9 +1,9 @@
 """The outline of a figure: a tapered, rounded bar for each link, and a zone around the trunk for the arms.
 
-The bars are about as wide as the foreground around marked links (`tests/benchmarks/evaluation/widths.py`).
-Lengths scale with the figure's common scale, those along a link with the link's own length. Arms cover
-ARM_SHARE of the places in their zone, so that R counts as log (1 - share + share e^R) there: neither
-foreground nor background costs much.
+The bars are about as wide as the foreground around the marked links of the open clips. Lengths scale with the
+figure's common scale, those along a link with the link's own length. Arms cover ARM_SHARE of the places in
+their zone, so that R counts as log (1 - share + share e^R) there: neither foreground nor background costs
+much.
 """
 
 from dataclasses import dataclass

@@ -49,8 +49,6 @@ def filters(K):
             "filterpy IMM": lambda: rivals.filterpy_imm(slds, y),
             "viterbi": lambda: in_batches(slds, [y], None, lambda frames: [forward(slds, frames)]),
             "gpb2": lambda: gpb2_filter(slds, y),
-            "filterpy, one state": lambda: rivals.filterpy_one_state(slds, y),
-            "pykalman, one state": lambda: rivals.pykalman_one_state(slds, y),
         },
         frames=FRAMES,
     )
@@ -63,8 +61,6 @@ def em_rounds():
     ys = [sample(slds, LENGTH, rng)[2] for _ in range(SEQUENCES)]
     prior = data_prior(ys, slds.layout, Options(states=slds.K, order=slds.order))
     weights = np.ones(SEQUENCES)
-    hmm = rivals.hmmlearn_rounds(ys, slds.K)
-    joined, lengths = np.concatenate(ys), [LENGTH] * SEQUENCES
 
     def em_round(infer):
         return lambda: maximise(slds, ys, infer(slds, ys), prior, weights)
@@ -75,7 +71,6 @@ def em_rounds():
             "viterbi": em_round(viterbi_all),
             "variational": em_round(variational_all),
             "gpb2": em_round(gpb2_all),
-            "hmmlearn": lambda: rivals.hmmlearn_round(hmm, joined, lengths),
         },
         frames=SEQUENCES * LENGTH,
     )

@@ -50,16 +50,6 @@ def filterpy_imm(slds, y):
     return imm
 
 
-def filterpy_one_state(slds, y):
-    """filterpy's Kalman filter of the first switching state alone."""
-    kalman = _filterpy_filter(slds, 0)
-    kalman.update(y[0])
-    for now in y[1:]:
-        kalman.predict(u=np.ones(1))
-        kalman.update(now)
-    return kalman
-
-
 def _filterpy_filter(slds, k):
     from filterpy.kalman import KalmanFilter
 
@@ -69,33 +59,3 @@ def _filterpy_filter(slds, k):
     kalman.F, kalman.Q, kalman.B = slds.A[k].copy(), slds.Q[k].copy(), slds.b[k][:, None].copy()
     kalman.H, kalman.R = slds.C.copy(), slds.R.copy()
     return kalman
-
-
-def pykalman_one_state(slds, y):
-    """pykalman's filter of the first switching state alone: means and covariances of all frames."""
-    from pykalman import KalmanFilter
-
-    kalman = KalmanFilter(
-        transition_matrices=slds.A[0],
-        transition_offsets=slds.b[0],
-        transition_covariance=slds.Q[0],
-        observation_matrices=slds.C,
-        observation_covariance=slds.R,
-        initial_state_mean=slds.mean0[0],
-        initial_state_covariance=slds.cov0[0],
-    )
-    return kalman.filter(y)
-
-
-def hmmlearn_rounds(ys, K):
-    """hmmlearn's HMM of K full Gaussians after five EM rounds; one more takes `hmmlearn_round`."""
-    from hmmlearn.hmm import GaussianHMM
-
-    hmm = GaussianHMM(K, covariance_type="full", n_iter=5, tol=0.0, random_state=0)
-    return hmm.fit(np.concatenate(ys), [len(y) for y in ys])
-
-
-def hmmlearn_round(hmm, y, lengths):
-    """One EM round from where the model is."""
-    hmm.init_params, hmm.n_iter = "", 1
-    return hmm.fit(y, lengths)
