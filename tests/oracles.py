@@ -203,11 +203,13 @@ def mixture(weights: Array, means: Sequence[Array], covs: Sequence[Array]) -> Ga
     return Gaussian(mean, square - np.outer(mean, mean))
 
 
-def enumerated(slds: SLDS, y: Array) -> Posterior:
-    """The exact posterior, by a sum over all paths."""
+def enumerated(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
+    """The exact posterior, by a sum over all paths; hints (T, K) are log likelihoods of the states."""
     T, K, N = len(y), slds.K, slds.A.shape[-1]
     paths = every_path(K, T)
     mean, cov, log_p = given_path(slds, y, paths)
+    if hints is not None:
+        log_p = log_p + hints[np.arange(T), paths].sum(1)
     log_evidence = float(np.logaddexp.reduce(log_p))
     weights = np.exp(log_p - log_evidence)[:, None, None]
     visits = weights * (paths[..., None] == np.arange(K))
@@ -263,9 +265,9 @@ def single(infer: Callable[..., list[Posterior]]) -> Callable[..., Posterior]:
     return of_one
 
 
-def enumerated_all(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
+def enumerated_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
     """The exact posterior of each sequence."""
-    return [enumerated(slds, y) for y in ys]
+    return [enumerated(slds, *of_one) for of_one in zip(ys, hints or [None] * len(ys), strict=True)]
 
 
 def expected_log_joint(
@@ -288,8 +290,10 @@ def expected_log_joint(
                 total += w * p.prob[t + 1, k] * _expected_log_density(e, spread, slds.Q[k, :d, :d])
         total += w * float((p.pair.sum(0) * np.log(slds.Pi)).sum())
         for t in range(len(y)):
-            e = y[t] - slds.C @ p.states.mean[t]
-            total += w * _expected_log_density(e, slds.C @ p.states.cov[t] @ slds.C.T, slds.R)
+            seen = ~np.isnan(y[t])
+            C, R = slds.C[seen], slds.R[np.ix_(seen, seen)]
+            e = y[t, seen] - C @ p.states.mean[t]
+            total += w * _expected_log_density(e, C @ p.states.cov[t] @ C.T, R)
     return float(total)
 
 

@@ -1,11 +1,9 @@
 """Hidden Markov models to test with, and what follows from them by a sum over all paths."""
 
-from itertools import pairwise, product
-
 import numpy as np
 
 from dynamics.hmm import HMM
-from tests.oracles import log_density, random_covariance
+from tests.oracles import every_path, log_density, random_covariance
 
 
 def random_hmm(K, rng, *, M=2, apart=1.5):
@@ -38,14 +36,10 @@ def enumerated(hmm, y):
 def of_all_paths(log_pi0, log_Pi, log_lik):
     """The same of a chain, by all K**T paths."""
     T, K = log_lik.shape
-    paths = list(product(range(K), repeat=T))
-    values = []
-    for path in paths:
-        value = log_pi0[path[0]] + log_lik[np.arange(T), path].sum()
-        values.append(value + sum(log_Pi[i, j] for i, j in pairwise(path)))
+    paths = every_path(K, T)
+    values = log_pi0[paths[:, 0]] + log_lik[np.arange(T), paths].sum(1)
+    values += log_Pi[paths[:, :-1], paths[:, 1:]].sum(1)
     log_evidence = np.logaddexp.reduce(values)
-    prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
-    for path, weight in zip(paths, np.exp(np.array(values) - log_evidence), strict=True):
-        prob[np.arange(T), path] += weight
-        pair[np.arange(T - 1), path[:-1], path[1:]] += weight
-    return prob, pair, log_evidence, paths[int(np.argmax(values))]
+    weights, visits = np.exp(values - log_evidence), np.eye(K)[paths]
+    pair = np.einsum("p,pti,ptj->tij", weights, visits[:, :-1], visits[:, 1:])
+    return np.tensordot(weights, visits, 1), pair, log_evidence, paths[int(np.argmax(values))]

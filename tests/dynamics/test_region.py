@@ -22,16 +22,8 @@ def travelling_model(K, order, rng):
     return random_slds(K, d=3, order=order, travelling=("b",), rng=rng)
 
 
-def without_place(x, order):
-    """What is left of the states x (..., N) of a, b, c when the place of b must not matter."""
-    if order == 1:
-        return x[..., [0, 2]]
-    a, b, c, a_before, b_before, c_before = np.moveaxis(x, -1, 0)
-    return np.stack([a, c, a_before, c_before, b - b_before], axis=-1)
-
-
 def moments_without_place(slds, k):
-    take = without_place(np.eye(slds.A.shape[-1]), slds.order).T
+    take = slds.layout.regard  # what is left of a state when the place must not matter
     return take @ slds.mean0[k], take @ slds.cov0[k] @ take.T
 
 
@@ -87,7 +79,7 @@ def test_moments_density_and_distance_of_a_region_are_those_without_the_place(or
         mean, cov = moments_without_place(slds, k)
         assert_allclose(reach.mean[k], mean, atol=1e-14)
         assert_allclose(reach.cov[k], cov, atol=WIDENED)
-        seen = without_place(x[:, k], order)
+        seen = x[:, k] @ slds.layout.regard.T
         assert_allclose(
             log_density[:, k], multivariate_normal(mean, cov).logpdf(seen), rtol=WIDENED, atol=WIDENED
         )
@@ -143,7 +135,7 @@ def test_a_state_is_entered_where_it_leads_into_its_region(order, rng):
     for t in range(4):
         for j in range(3):
             for before, found in ((x[t, j], got[t, j]), (x[t, 0], shared[t, j])):
-                led = [without_place(slds.A[i] @ before + slds.b[i], order) for i in range(3)]
+                led = [slds.layout.regard @ (slds.A[i] @ before + slds.b[i]) for i in range(3)]
                 density = [multivariate_normal(*moments_without_place(slds, i)).pdf(led[i]) for i in range(3)]
                 want = slds.Pi[j] * np.power(density, 0.7)
                 assert_allclose(found, np.log(want / want.sum()), rtol=WIDENED, atol=WIDENED)
@@ -163,7 +155,7 @@ def test_a_step_drawn_to_its_region_has_the_density_of_both(order, rng):
                 multivariate_normal((m.A[k] @ x + m.b[k])[:3], m.Q[k][:3, :3]).logpdf(pose)
                 for m in (slds, towards)
             )
-            region = multivariate_normal(mean, cov).logpdf(without_place(after, order))
+            region = multivariate_normal(mean, cov).logpdf(slds.layout.regard @ after)
             ratios.append(new - own - 0.4 * region)
         assert_allclose(ratios, ratios[0], rtol=1e-3)  # regions are widened a little
         assert_allclose((towards.A[k] @ x + towards.b[k])[3:], x[:3][: 3 * (order - 1)], atol=1e-12)

@@ -93,17 +93,6 @@ def test_hints_are_a_further_measurement_that_only_the_switching_state_explains(
     assert_gaussian(got.states, Gaussian(want.states.mean[:, :N], want.states.cov[:, :N, :N]), atol=SMOOTHED)
 
 
-def test_hints_at_two_frames_are_weighed_exactly(rng):  # the first frame's hints as well as the last's
-    for _ in range(10):
-        slds = random_slds(3, rng=rng)
-        y, hints = drawn(slds, 2, rng), 3.0 * rng.normal(size=(2, 3)) - 9.0
-        paths, log_p = all_paths(slds, y)
-        log_p = log_p + hints[np.arange(2), paths].sum(1)
-        got = viterbi(slds, y, hints)
-        assert_array_equal(got.path, paths[log_p.argmax()])
-        assert got.log_evidence == pytest.approx(log_p.max(), rel=1e-11)
-
-
 def test_paths_that_cannot_be_are_refused(rng):
     slds, never = random_slds(3, rng=rng), np.zeros((5, 3))
     never[2] = -np.inf

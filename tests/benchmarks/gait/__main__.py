@@ -11,9 +11,9 @@ figures can be measured again without, as long as nothing that follows has chang
 import argparse
 from pathlib import Path
 
+from tests.benchmarks.evaluation.cases import measured
 from tests.benchmarks.gait.measure import TALL, case, clip
 from tests.benchmarks.gait.page import page
-from tests.benchmarks.processes import each, spawned
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
 from tracker.progress import Progress
@@ -34,12 +34,9 @@ def main() -> None:
     walks = [
         path for name in ("video", "video_hard") for path in sorted((asked.data / name).glob("*walk*.mp4"))
     ]
-    with spawned() as pool:
-        trials = asked.data / "mocap" / "trials.csv"
-        cases = each(
-            pool, case, [(seed, trials, asked.tracks) for seed in seeds], Progress(), "rendered films"
-        )
-        tracks = each(pool, clip, [(path, asked.tracks) for path in walks], Progress(), "open clips")
+    trials = asked.data / "mocap" / "trials.csv"
+    cases = measured(case, [(seed, trials, asked.tracks) for seed in seeds], Progress(), "rendered films")
+    tracks = measured(clip, [(path, asked.tracks) for path in walks], Progress(), "open clips")
     gaits = {
         path.stem: gait_of(track, known=Known(height=TALL)) for path, track in zip(walks, tracks, strict=True)
     }

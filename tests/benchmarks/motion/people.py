@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import classify
@@ -32,27 +33,7 @@ TARGETS = {2: 2.2, 5: 2.3, 10: 2.8}
 FAR_TARGET, PERSON_TARGET, SHIPPED_TARGET = 0.3, 8.0, 3.0
 LEFT_OUT, TOGETHER, SHIPPED = "left out", "left out with all joggers", "gait"
 
-
-@dataclass(frozen=True)
-class Counts:
-    """Frames, wrong ones, and the same of those more than FAR from any junction."""
-
-    frames: int
-    wrong: int
-    far: int
-    wrong_far: int
-
-    def __add__(self, other: "Counts") -> "Counts":
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        return Counts(*(one + another for one, another in pairs))
-
-    @property
-    def share(self) -> float:
-        return 100.0 * self.wrong / max(self.frames, 1)
-
-    @property
-    def share_far(self) -> float:
-        return 100.0 * self.wrong_far / max(self.far, 1)
+Frames = NDArray[np.bool_]  # (T, 2) whether each has the wrong motion and is more than FAR from any junction
 
 
 @dataclass(frozen=True)
@@ -70,7 +51,7 @@ class Person:
             return None
         return Recipe(held=frozenset(JOGGERS if self.way == TOGETHER else self.names))
 
-    def run(self, source: Path, model: SLDS | HMM | None) -> Counts:
+    def run(self, source: Path, model: SLDS | HMM | None) -> Frames:
         """Label the person's splices and compare."""
         slds = switching_model(from_a_stand(SHIPPED), 30.0) if self.way == SHIPPED else model
         assert isinstance(slds, SLDS)
@@ -80,7 +61,7 @@ class Person:
         found = classify(slds, [noisy(s.y, self.noise, rng) for s, rng in zip(made, rngs, strict=True)])
         far = np.concatenate([s.far(FAR) for s in made])
         wrong = labels != [label for f in found for label in f.label]
-        return Counts(len(wrong), int(wrong.sum()), int(far.sum()), int(wrong[far].sum()))
+        return np.column_stack([wrong, far])
 
 
 @cache
@@ -109,12 +90,12 @@ def jobs(source: Path) -> Iterator[Person]:
 def claims(results: Results) -> list[Claim]:
     """Against the targets: at each noise, and the worst of all."""
     out = {noise: _of(results, noise, LEFT_OUT) for noise in NOISES}
-    each = [counts.share for of in out.values() for counts in of.values()]
-    far = [_pooled(of).share_far for of in out.values()]
-    shipped = [_pooled(_of(results, noise, SHIPPED)).share for noise in NOISES]
+    each = [_share(frames) for of in out.values() for frames in of.values()]
+    far = [_share_far(_pooled(of)) for of in out.values()]
+    shipped = [_share(_pooled(_of(results, noise, SHIPPED))) for noise in NOISES]
     return [
         *(
-            Claim(f"everyone left out, {noise}°", _pooled(out[noise]).share, target, unit="%")
+            Claim(f"everyone left out, {noise}°", _share(_pooled(out[noise])), target, unit="%")
             for noise, target in TARGETS.items()
         ),
         Claim("the person with most", max(each), PERSON_TARGET, unit="%"),
@@ -134,13 +115,13 @@ def section(source: Path, results: Results) -> list[str]:
     for way in (LEFT_OUT, TOGETHER, SHIPPED):
         for noise in NOISES:
             each = _of(results, noise, way)
-            total, worst = _pooled(each), max(each, key=lambda names: each[names].share)
-            most = f"{'/'.join(worst)} {number(each[worst].share)}"
-            rows.append([way, f"{noise}°", number(total.share), number(total.share_far), most])
+            total, worst = _pooled(each), max(each, key=lambda names: _share(each[names]))
+            most = f"{'/'.join(worst)} {number(_share(each[worst]))}"
+            rows.append([way, f"{noise}°", number(_share(total)), number(_share_far(total)), most])
     return lines + table(["model", "noise", "all", "far", "most"], rows)
 
 
-def _of(results: Results, noise: int, way: str) -> dict[tuple[str, ...], Counts]:
+def _of(results: Results, noise: int, way: str) -> dict[tuple[str, ...], Frames]:
     return {
         job.names: found
         for job, found in results.items()
@@ -148,5 +129,15 @@ def _of(results: Results, noise: int, way: str) -> dict[tuple[str, ...], Counts]
     }
 
 
-def _pooled(each: dict[tuple[str, ...], Counts]) -> Counts:
-    return sum(each.values(), start=Counts(0, 0, 0, 0))
+def _pooled(each: dict[tuple[str, ...], Frames]) -> Frames:
+    return np.concatenate([np.zeros((0, 2), bool), *each.values()])
+
+
+def _share(frames: Frames) -> float:
+    """Per cent with the wrong motion."""
+    return 100.0 * float(frames[:, 0].sum()) / max(len(frames), 1)
+
+
+def _share_far(frames: Frames) -> float:
+    """The same of those far from any junction."""
+    return _share(frames[frames[:, 1]])

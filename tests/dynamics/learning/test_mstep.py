@@ -83,27 +83,6 @@ def test_the_m_step_is_a_maximum_of_the_expected_log_joint_plus_log_prior(order,
         assert abs(slope[0]) < 1e-6 + 1e-5 * abs(bend), name
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_the_step_in_r_points_along_the_slope_of_the_exact_evidence(order, rng):
-    # Fisher's identity: the slope of log p(Y) is that of the expected log joint, which for R alone, with n
-    # frames, is n / 2 tr(R^-1 D R^-1 (R' - R)) along D, R' from the M-step.
-    slds, ys, prior = setting(order, ("a",), rng, prior=0.0, lengths=(5, 6, 5))
-    weights = np.array([1.0, 2.0, 0.5])
-    better = maximise(slds, ys, enumerated_all(slds, ys), prior, weights)
-    n = weights @ [len(y) for y in ys]
-    direction = rng.normal(size=slds.R.shape) * np.abs(slds.R).max()
-    direction = direction + direction.T
-
-    def evidence(step):
-        system = replace(slds, R=slds.R + float(step) * direction)
-        return sum(w * sum_over_paths(system, y) for w, y in zip(weights, ys, strict=True))
-
-    inverse = np.linalg.inv(slds.R)
-    want = 0.5 * n * np.trace(inverse @ direction @ inverse @ (better.R - slds.R))
-    # Differences of values near 100 over 1e-5 are exact to 1e-8, of cubic terms to 1e-9.
-    assert central_difference(evidence, np.array(0.0), step=1e-5)[0] == pytest.approx(want, rel=1e-6)
-
-
 @pytest.mark.parametrize("prior", [0.0, 1.0])
 def test_a_state_that_is_never_entered_stays_finite(prior, rng):
     slds, ys, priors = setting(2, ("a",), rng, prior=prior, K=3, lengths=(30, 30))

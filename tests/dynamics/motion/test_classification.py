@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import product
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,25 +17,12 @@ from dynamics.viterbi import viterbi_all
 from tests.dynamics.hmms import enumerated as enumerated_hmm
 from tests.dynamics.hmms import random_hmm
 from tests.dynamics.motion.motions import named, settled, two_motions
-from tests.oracles import all_paths, log_density, random_slds, sample
+from tests.oracles import enumerated, enumerated_all, log_density, random_slds, sample
 
 
 def quiet(slds, T, rng):
     """A sequence of the model's own with nothing of its measurement noise, so that it keeps its own R."""
     return sample(slds, T, rng)[1] @ slds.C.T
-
-
-def exactly(slds, ys, hints):
-    """Exact inference with hints, by a sum over all paths; only prob and path."""
-
-    found, hints = [], [np.zeros((len(y), slds.K)) for y in ys] if hints is None else hints
-    for y, hint in zip(ys, hints, strict=True):
-        paths, log_p = all_paths(slds, y)
-        log_p = log_p + hint[np.arange(len(y)), paths].sum(1)
-        weights = np.exp(log_p - np.logaddexp.reduce(log_p))
-        prob = np.tensordot(weights, np.eye(slds.K)[paths], 1)
-        found.append(SimpleNamespace(prob=prob, path=paths[weights.argmax()]))
-    return found
 
 
 def spoken_for(slds, y, weight):
@@ -56,10 +42,10 @@ def test_motions_are_as_probable_as_their_states_together(weight, rng):
     ys = [quiet(slds, T, rng) for T in (5, 1, 4)]
     ys[0][2, 0] = ys[2][1] = ys[2][:, 1] = np.nan
     options = {} if weight is None else {"pose": weight}
-    got = classify(slds, ys, infer=exactly, **options)
+    got = classify(slds, ys, infer=enumerated_all, **options)
     noisy = among_strangers(at_noise(slds, ys))
     for y, labelling in zip(ys, got, strict=True):
-        (want,) = exactly(noisy, [y], [spoken_for(noisy, y, 0.5 if weight is None else weight)])
+        want = enumerated(noisy, y, spoken_for(noisy, y, 0.5 if weight is None else weight))
         shares = np.column_stack([want.prob[:, :2].sum(1), want.prob[:, 2]])
         assert_allclose(labelling.prob, shares, atol=1e-9)
         assert_allclose(labelling.prob.sum(1), 1.0, atol=1e-12)
@@ -105,4 +91,4 @@ def test_labels_of_a_hidden_markov_model_are_those_of_all_its_paths(rng):
         assert labelling.labels == ("run", "walk")
         assert_allclose(labelling.prob, np.column_stack([prob[:, 0] + prob[:, 2], prob[:, 1]]), atol=1e-12)
         assert labelling.label == tuple(("run", "walk")[m] for m in labelling.prob.argmax(1))
-        assert tuple(labelling.state) == path
+        assert_array_equal(labelling.state, path)

@@ -194,12 +194,8 @@ def test_the_same_seed_fills_alike_and_another_differently(rng):
 
 
 def log_region(slds, k, x):
-    """log N of the state x in the region of state k, its place left out (a is what may travel)."""
-    d = len(slds.names)
-    take = np.eye(slds.A.shape[-1])
-    if "a" in slds.travelling:
-        take[0, d] = -1.0
-        take = np.delete(take, d, axis=0)
+    """log N of the state x in the region of state k, its place left out."""
+    take = slds.layout.regard
     return log_density(x @ take.T, take @ slds.mean0[k], take @ slds.cov0[k] @ take.T)
 
 

@@ -17,18 +17,9 @@ from tests.dynamics.motion.motions import named
 from tests.oracles import assert_gaussian, given_path, mixture, random_slds
 
 
-def places_off(slds):
-    """(N, N): counts the travelling freedoms from where they are now."""
-    matrix, d = np.eye(slds.A.shape[-1]), len(slds.names)
-    for name in slds.travelling:
-        i = slds.names.index(name)
-        matrix[i::d, i] -= 1.0
-    return matrix
-
-
 def settled(slds):
     """The system with mean0 and cov0 of every state where its own dynamics come to rest."""
-    off, start = places_off(slds), slds.start
+    off, start = slds.layout.from_here, slds.start
     for _ in range(2000):
         start = predict(start, slds.A, slds.b, slds.Q)
         start = Gaussian(start.mean @ off.T, off @ start.cov @ off.T)
@@ -100,7 +91,7 @@ def test_a_settled_motion_stays_settled_at_every_rate(order, fps, rng):
     slds = settled(random_slds(2, order=order, travelling=("a",), rng=rng))
     other = at_rate(slds, fps)
     start, later = other.start, predict(other.start, other.A, other.b, other.Q)
-    off = places_off(other)
+    off = other.layout.from_here
     if order == 2:
         # The speed of the travelling freedom, per second.
         speed, was = -fps * other.mean0[:, 2], -30.0 * slds.mean0[:, 2]
