@@ -246,7 +246,7 @@ def test_a_start_misleads_unless_all_is_right_or_a_warning_is_given_of_the_leg(
 
 
 def a_case(seed, error=0.02, lost=None, exchanged=0, label="walk", gait="walk", start=(True,) * 4):
-    track = Followed(error, lost, exchanged, 100, 2.0, 0.9, label)
+    track = Followed(error, lost, exchanged, 100, 0.9, label)
     found = None if start is None else Start(*start)
     unmarked = "nobody was found" if start is None else track
     return Case(seed, gait, {"gait": gait}, track, found, unmarked)

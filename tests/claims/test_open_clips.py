@@ -1,6 +1,5 @@
 """What the program promises on the hand-marked open clips, with one set of settings for all."""
 
-import csv
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from kinematics.recover import recover
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.cases import QUIET, first_whole, marks_of
+from tests.tracker.clips import read_csv
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.outlines import DOUBTED, look
@@ -88,14 +88,9 @@ def test_the_learned_model_errs_less_than_constant_velocity_that_sees_the_same_o
     assert learned < cv
 
 
-def in_view(table):
-    """The last frame of each clip that shows all of the figure."""
-    with table.open(newline="", encoding="utf-8") as file:
-        return {row["clip"]: int(row["usable_frames"].split("-")[1]) for row in csv.DictReader(file)}
-
-
 def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(eight, data_dir):
-    whole = in_view(data_dir / "video" / "clips.csv")
+    clips = read_csv(data_dir / "video" / "clips.csv")
+    whole = {row["clip"]: int(row["usable_frames"].split("-")[1]) for row in clips}
     wrong = {
         name: [t for t, said in enumerate(track.outcome[: whole[name] + 1]) if said in ("lost", "outside")]
         for name, track in eight.items()

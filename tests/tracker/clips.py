@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from tracker.cli.app import app
 from tracker.foreign.points import Points
+from tracker.progress import Progress
 from tracker.scene.film import render, truth_table
 from videos.writer import Writer
 
@@ -18,6 +19,7 @@ HEADER = ("frame", "keypoint", "x", "y", "visible")
 RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 RUN_FILES |= {"start.keypoints.csv"}
 FPS = 30.0
+QUIET = Progress("quiet")
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,12 @@ A gap takes all freedoms. It sits in the middle of a segment at least gap + 2 SI
 that is left of the segment is shown.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from dynamics.gaussian import Array
 from dynamics.motion.gaps import interpolate
@@ -27,27 +26,24 @@ from tests.benchmarks.motion.data import (
     STRIDE,
     Results,
     Variant,
-    both,
     held_out,
     named,
     of_variant,
     straight,
-    study,
 )
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import SIDE, Errors, Fill, across, best_path, gap_errors, gappy, rms, spans
 from tracker.experiments.study import FPS, Recipe
-from tracker.models.centred import ANGLES, centred
+from tracker.models.centred import ANGLES
 from tracker.models.learn import NOISE
 from tracker.motion.fill import angles_evidence
 
 HEADING = "Gaps"
-NEAREST = 15
 TARGETS = {("walk", 10): 2.2, ("walk", 25): 4.0, ("walk", 50): 6.5, ("run", 10): 4.5, ("run", 25): 6.0}
 SIX_TARGETS = {("walk", 10): 1.6, ("walk", 25): 2.2, ("walk", 50): 2.6}
 INSIDE = (85.0, 97.0)  # per cent of angles within two sigma
 SEED = 11
-LINE, SPLINE, CLOSE = "straight line", "cubic spline", f"mean of the {NEAREST} nearest training stretches"
+LINE, SPLINE = "straight line", "cubic spline"
 CHOSEN, PERIODIC = "more probable of the two", "harmonic stride"
 PATH, PAPERS, POSE = (
     "best path (papers)",
@@ -74,7 +70,7 @@ class Gap:
 class Filling:
     """Gaps of one length in one motion of the people left out, filled in one way.
 
-    learned : whom the model, or the store of stretches, leaves out
+    learned : whom the model leaves out
     """
 
     learned: Recipe
@@ -85,11 +81,11 @@ class Filling:
     @property
     def recipe(self) -> Recipe | None:
         """None for the ways without a model."""
-        return None if self.way in (LINE, SPLINE, CLOSE) else self.learned
+        return None if self.way in (LINE, SPLINE) else self.learned
 
     def run(self, source: Path, model: Model | None) -> list[Gap]:
         """Each segment's gap."""
-        fill = self._fill(source, model)
+        fill = self._fill(model)
         captures = [s.capture for s in straight(source, self.label, self.learned.held)]
         return [self._gap(fill, model, c) for c in captures if spans(c.y, self.gap)]
 
@@ -109,10 +105,7 @@ class Filling:
             evidence = angles_evidence(model, shown[around(shown, rows, FPS)], FPS)
         return Gap(gap_errors(fill, capture, self.gap), np.full(6, np.nan), evidence)
 
-    def _fill(self, source: Path, model: Model | None) -> Fill:
-        if self.way == CLOSE:
-            recipe = Recipe(held=self.learned.held, motions=(self.label,))
-            return Nearest(both(study(source).lessons(recipe)), self.gap)
+    def _fill(self, model: Model | None) -> Fill:
         if self.way in (LINE, SPLINE, PERIODIC):
             return partial(across, 3 if self.way == SPLINE else 1)
         assert isinstance(model, SLDS)
@@ -158,39 +151,11 @@ def section(source: Path, results: Results) -> list[str]:
     ]
 
 
-class Nearest:
-    """The mean of the NEAREST stretches of the training data whose SIDE frames before and after fit best."""
-
-    def __init__(self, captures: Sequence[Capture], gap: int) -> None:
-        span = gap + 2 * SIDE
-        windows = [
-            np.swapaxes(sliding_window_view(centred(s.y), span, axis=0), 1, 2)
-            for s in captures
-            if spans(s.y, gap)
-        ]
-        self.gap = gap
-        self.stretches = np.concatenate(windows)
-        self.sides = np.r_[0:SIDE, SIDE + gap : span]
-        self.context = self._context(self.stretches)
-
-    def __call__(self, y: Array) -> Array:
-        first = (len(y) - self.gap) // 2
-        here = y[first - SIDE : first + self.gap + SIDE]
-        distance = ((self.context - self._context(here[None])) ** 2).sum(1)
-        nearest = np.argpartition(distance, NEAREST)[:NEAREST]
-        filled = y.copy()
-        filled[first : first + self.gap] = self.stretches[nearest, SIDE : SIDE + self.gap].mean(0)
-        return filled
-
-    def _context(self, stretches: Array) -> Array:
-        return np.ascontiguousarray(stretches[:, self.sides, ANGLES].reshape(len(stretches), -1))
-
-
 def _rows() -> list[tuple[str, Variant, str]]:
     """The way, the model's variant, and the name of each row."""
     rows = [(way, DEFAULT, f"{named(STATES, 2)}: {way}") for way in (POSE, PAPERS, PATH)]
     rows += [(PATH, (1, order, NOISE), f"{named(1, order)}: Kalman smoother") for order in (2, 1)]
-    rows += [(way, DEFAULT, way) for way in (LINE, SPLINE, CLOSE)]
+    rows += [(way, DEFAULT, way) for way in (LINE, SPLINE)]
     first = [(CHOSEN, DEFAULT, CHOSEN), (PERIODIC, STRIDE, PERIODIC)]
     return [*first, *rows]
 

@@ -17,6 +17,7 @@ from dynamics.hmm import HMM
 from dynamics.motion.tasks import classify
 from dynamics.slds import SLDS
 from tests.benchmarks.motion.data import SAME, Results, study
+from tests.benchmarks.motion.splices import FAR, NOISES, TARGETS
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import noisy
 from tracker.experiments.splices import PIECES, Splice, long_enough, splice
@@ -24,12 +25,9 @@ from tracker.experiments.study import Recipe
 from tracker.models.find import from_a_stand, switching_model
 
 HEADING = "Walk or run, everyone left out in turn"
-FAR = 10
-NOISES = (2, 5, 10)
 SEQUENCES = 3
 JOGGERS = ("hdbd", "hdbk", "hddg")
 UNLICENSED = ("am1", "bn2", *JOGGERS)
-TARGETS = {2: 2.2, 5: 2.3, 10: 2.8}
 FAR_TARGET, PERSON_TARGET, SHIPPED_TARGET = 0.3, 8.0, 3.0
 LEFT_OUT, TOGETHER, SHIPPED = "left out", "left out with all joggers", "gait"
 

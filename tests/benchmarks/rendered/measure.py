@@ -12,7 +12,7 @@ from kinematics.figure_file import WALKER
 from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
-from tests.benchmarks.evaluation.calibration import distance, inside, nees
+from tests.benchmarks.evaluation.calibration import distance, inside
 from tests.benchmarks.evaluation.cases import BEFORE_ALL, LEGS, QUIET
 from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.plans import planned
@@ -37,7 +37,7 @@ class Followed:
     error     : mean over the frames, leg lengths
     lost      : frame, None where it never was
     exchanged : frames in which the legs are named wrongly, of `frames`
-    nees, inside : normalised errors of visible joints, 2 is right; share within two sigma, 0.865 is right
+    inside    : share of visible joints within two sigma, 0.865 is right
     label     : of most frames
     """
 
@@ -45,7 +45,6 @@ class Followed:
     lost: int | None
     exchanged: int
     frames: int
-    nees: float
     inside: float
     label: str
 
@@ -153,15 +152,13 @@ def _followed(made: Film, job: Job) -> Followed | str:
     except (StartError, PoseError) as refused:
         return str(refused)
     found = score(made.marks, places(track), BEFORE_ALL)
-    spread = _distances(made, track)
     labels = Counter(track.motions)
     return Followed(
         error=found.mean_error_leg,
         lost=found.first_failure_frame,
         exchanged=found.swaps,
         frames=found.truth_frames,
-        nees=nees(spread),
-        inside=inside(spread),
+        inside=inside(_distances(made, track)),
         label=labels.most_common(1)[0][0],
     )
 

@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
 
+from dynamics.gaussian import Gaussian
+from dynamics.kalman import predict
 from dynamics.slds import combine
 from tests.oracles import random_slds
 
@@ -21,6 +22,9 @@ def two_motions(rng, *, order=2, noise=0.3):
 
 
 def settled(slds):
-    """A one-state model whose region is where its own dynamics come to rest."""
-    mean = np.linalg.solve(np.eye(slds.A.shape[-1]) - slds.A[0], slds.b[0])
-    return replace(slds, mean0=mean[None], cov0=solve_discrete_lyapunov(slds.A[0], slds.Q[0])[None])
+    """The system with mean0 and cov0 of every state where its own dynamics come to rest."""
+    off, start = slds.layout.from_here, slds.start
+    for _ in range(2000):
+        start = predict(start, slds.A, slds.b, slds.Q)
+        start = Gaussian(start.mean @ off.T, off @ start.cov @ off.T)
+    return replace(slds, mean0=start.mean, cov0=start.cov + 1e-9 * np.eye(len(off)))

@@ -13,17 +13,8 @@ from dynamics.motion.rate import UNSURE, at_rate, backwards, by_motion, run_mome
 from dynamics.slds import combine
 from dynamics.store import load_shipped
 from tests.dynamics.learning.systems import assert_same_system
-from tests.dynamics.motion.motions import named
+from tests.dynamics.motion.motions import named, settled
 from tests.oracles import assert_gaussian, given_path, mixture, random_slds
-
-
-def settled(slds):
-    """The system with mean0 and cov0 of every state where its own dynamics come to rest."""
-    off, start = slds.layout.from_here, slds.start
-    for _ in range(2000):
-        start = predict(start, slds.A, slds.b, slds.Q)
-        start = Gaussian(start.mean @ off.T, off @ start.cov @ off.T)
-    return replace(slds, mean0=start.mean, cov0=start.cov + 1e-9 * np.eye(len(off)))
 
 
 def frames(slds, k, times):

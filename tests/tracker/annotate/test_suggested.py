@@ -12,7 +12,7 @@ from tests.kinematics.figures import FOOTLESS
 from tests.tracker.annotate.clients import running
 from tests.tracker.annotate.marked import told
 from tests.tracker.annotate.pages import Page, near, session_page
-from tests.tracker.clips import succeeds
+from tests.tracker.clips import QUIET, succeeds
 from tests.tracker.outline.films import FIRST, WALKER, a_walk
 from tracker.annotate import suggestion as module
 from tracker.annotate.launch import _suggest
@@ -23,11 +23,9 @@ from tracker.annotate.wanted import Request
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
 from tracker.foreign.start_marks import Taken
-from tracker.progress import Progress
 from tracker.tables.keypoints import Mark, points, read_keypoints, write_marks
 from videos.frames import Video
 
-QUIET = Progress("quiet")
 APART = 0.85  # of the farthest that they come apart, the ankles are in a frame that is suggested
 WITHIN = 2.0  # pixels of a leg of 40; people are marked with longer trunks than the walker was painted with
 LEFT = {6: {"hip": Mark(100.0, 90.0), "near_knee": Mark(101.0, 110.0)}}

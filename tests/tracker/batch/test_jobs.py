@@ -2,14 +2,12 @@
 
 import pytest
 
-from tests.tracker.clips import write_table
+from tests.tracker.clips import QUIET, write_table
 from tracker.batch.jobs import JobsError, read_jobs
 from tracker.clip.job import Following
-from tracker.progress import Progress
 from tracker.tables.keypoints import KEYPOINTS, Mark, write_marks
 
 HEADER = ("video", "keypoints", "start", "model", "out")
-QUIET = Progress("quiet")
 MARKED = dict.fromkeys(KEYPOINTS, Mark(1.0, 2.0))
 
 

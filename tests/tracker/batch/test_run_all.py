@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.tracker.clips import (
+    QUIET,
     RUN_FILES,
     everything,
     figtrack,
@@ -38,7 +39,6 @@ from tracker.tables.keypoints import Mark
 pytestmark = pytest.mark.whole
 
 HEADER = ("video", "keypoints", "start", "model", "out")
-QUIET = Progress("quiet")
 
 
 @pytest.fixture

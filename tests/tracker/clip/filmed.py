@@ -2,15 +2,12 @@
 
 import numpy as np
 
-from tests.tracker.clips import FPS, write_table, write_video
+from tests.tracker.clips import FPS, QUIET, write_table, write_video
 from tests.tracker.outline.films import MIDDLE, WALKER
 from tracker.clip.job import Job
 from tracker.clip.outlines import look, outlined
-from tracker.progress import Progress
 from tracker.tables.keypoints import read_keypoints
 from videos.frames import Video
-
-QUIET = Progress("quiet")
 
 
 def as_video(images, folder, fps=FPS):

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.figure_file import WALKER
 from kinematics.recover import Start
-from tests.tracker.clips import read_json
+from tests.tracker.clips import QUIET, read_json
 from tests.tracker.tracks import random_track
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
@@ -21,7 +21,6 @@ from tracker.run.read import RunError, read_track
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
 
-QUIET = Progress("quiet")
 TUNED = Settings(hypotheses=4, blend=0.2)
 HERE, THERE = {"hip": Mark(1.0, 2.0)}, {"hip": Mark(3.0, 4.0)}
 T, START = 20, 8

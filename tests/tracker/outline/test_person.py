@@ -149,13 +149,6 @@ def test_a_facing_that_is_given_is_taken(walk, rng):
     assert (found.facing, found.direction, found.turned) == (-1, 1, np.inf)
 
 
-def test_a_person_of_a_later_part_of_a_film_has_its_own_frames(walk):
-    one = walk.person(frame=5)
-    later = one.in_film(600, 1)
-    assert (later.first, later.last, later.frame) == (600, 600 + one.last, 605)
-    np.testing.assert_array_equal(later.joints, one.joints)
-
-
 def test_a_person_of_every_third_frame_is_known_between_them(walk):
     one = walk.person(frame=5)
     shown = one.outline.shown.copy()

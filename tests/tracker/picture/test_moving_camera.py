@@ -9,19 +9,16 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.spm import UNMOVED
-from tests.tracker.clips import read_json, write_images
+from tests.tracker.clips import QUIET, read_json, write_images
 from tests.tracker.picture.ways import NEAR, sway
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.picture.camera import Camera
-from tracker.progress import Progress
 from tracker.report.results import write_run
 from tracker.run.score import places, score
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 from videos.frames import Video
-
-QUIET = Progress("quiet")
 
 
 def shake(T, deviation):

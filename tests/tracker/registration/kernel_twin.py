@@ -94,8 +94,8 @@ def fade(loss, noise):
     return quad(share_in_sight, 0.0, loss, (noise,), points=[noise.in_sight, noise.out_of_sight])[0]
 
 
-def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[Laid, np.ndarray]:
-    """The same at one pose q (D,), by numpy and loops over links and points, and the residuals (P, 3)."""
+def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
+    """The same at one pose q (D,), by numpy and loops over links and points."""
     link, bones, P = link_of(points), skeleton(figure, q), len(points.along)
     body = surface(bones, link, points.along, points.across)
     x, y = view.to_pixels(body).T
@@ -162,7 +162,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
                 moments[i] += points.weight[p] * match[p] * np.outer(f, f)
                 pull[i] += points.weight[p] * match[p] * f * residual[p, c]
     mean = np.average(loss[visible], weights=points.weight[visible]) if visible.any() else 0.0
-    found = Laid(
+    return Laid(
         moments=moments,
         pull=pull,
         cost=cost,
@@ -172,14 +172,13 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
         offset=offset,
         inside=inside,
     )
-    return found, residual
 
 
 def check(figure, poses, points, planes, noise, view=VIEW, behind=NOWHERE):
     """The kernel at all poses at once is the twin at each; returns what the kernel found."""
     found = laid(figure, poses, points, planes, noise, view, behind)
     for h, q in enumerate(poses):
-        want, _ = twin(figure, q, points, planes, noise, view, behind)
+        want = twin(figure, q, points, planes, noise, view, behind)
         assert_array_equal(found.inside[h], want.inside)
         assert_array_equal(found.match[h] > 0, want.match > 0)
         for name in ("cost", "mean", "shown", "match", "offset"):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dynamics.gaussian import Gaussian
-from tests.kinematics.figures import WALKER
+from tests.kinematics.figures import WALKER, upright
 from tests.tracker.painted import FULL, SIZE, STRIDE, VIEW, levels_of
 from tracker.picture.backdrop import UNSEEN, Scenery
 from tracker.registration.align import align
@@ -45,10 +45,7 @@ def of_links(templates, *joints):
 
 
 def moved(**by):
-    q = STRIDE.copy()
-    for name, value in by.items():
-        q[WALKER.freedoms.index(name)] += value
-    return q
+    return STRIDE + upright(WALKER, **by)
 
 
 MOTIONS = {
