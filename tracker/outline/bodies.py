@@ -19,7 +19,6 @@ import numpy as np
 from kinematics.figure import Array, Ints
 from tracker.often import USUAL
 from tracker.outline.cycles import Cycles, poses
-from tracker.outline.place import sums
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.stage import WEIGHT, Stage
 from tracker.picture.pyramid import Planes
@@ -156,7 +155,10 @@ class _Bodies:
     def at(self, odds: Planes) -> tuple[Ints, Ints, Array]:
         """Rows and columns of the best places of a map, and the best silhouette's sum there, nats."""
         both = odds, np.maximum(odds, 0.0)
-        inside, around = (sums(part, mean, HIP) for part, mean in zip(both, self.mean, strict=True))
+        inside, around = (
+            cv2.filter2D(part, -1, mean, anchor=HIP[::-1], borderType=cv2.BORDER_CONSTANT)
+            for part, mean in zip(both, self.mean, strict=True)
+        )
         total = inside - around
         rows, columns = np.nonzero((total == cv2.dilate(total, np.ones((5, 5)))) & (inside > 0.0))
         order = np.argsort(-total[rows, columns])[:PLACES]

@@ -13,6 +13,7 @@ import numpy as np
 from kinematics.figure import SCALE, Array, Ints
 from kinematics.recover import Start
 from tracker.outline.cycles import Cycles, poses
+from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.smooth import smooth
 from tracker.outline.stage import WEIGHT, Stage, blurred
@@ -58,9 +59,9 @@ def walk(
     odds = maps(stage, DENSITY / unit, size, corners)
     # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
     weighed = odds if marked else (each + np.maximum(each, 0.0) for each in odds)
-    best = _best_sums(weighed, WEIGHT / DENSITY**2 * _silhouettes(shape, cycles, stage.facing))
+    sums = _sums(weighed, size, _silhouettes(shape, cycles, stage.facing))
     held = _held(DENSITY / unit * stage.in_scene(hips) - corners, size, frame, HELD if marked else HELD_FOUND)
-    scores = (score - cost for score, cost in zip(best, held, strict=True))
+    scores = (score - cost for score, cost in zip(sums, held, strict=True))
     # At a low rate a step may be longer, and a second's way costs as much.
     step, resize = min(stage.rate, 1.0) * STEP, stage.often * (RESIZE if marked else RESIZE_FOUND)
     reach = min(max(round(DENSITY * FASTEST / stage.fps), REACH), FARTHEST)
@@ -119,12 +120,9 @@ def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
     return np.asarray(body.reshape(*q.shape[:3], *GRID.shape).mean(1)[..., ::facing])
 
 
-def sums(odds: Planes, silhouette: Planes, hip: tuple[int, int]) -> Planes:
-    """(h, w) sums of a map under a silhouette with its hip, at this row and column of it, at every place."""
-    return np.asarray(cv2.filter2D(odds, -1, silhouette, anchor=hip[::-1], borderType=cv2.BORDER_CONSTANT))
-
-
-def _best_sums(maps: Iterable[Planes], silhouettes: Planes) -> Iterator[Planes]:
-    """(S, h, w) of each map the best silhouette's sum at every place, for each size, nats."""
+def _sums(maps: Iterable[Planes], size: tuple[int, int], silhouettes: Planes) -> Iterator[Planes]:
+    """(S, h, w) of each map the best silhouette's sum with its hip at every place, for each size, nats."""
+    S, P, h, w = silhouettes.shape
+    kernels = Kernels.of(WEIGHT / DENSITY**2 * silhouettes.reshape(-1, h, w), HIP, size)
     for odds in maps:
-        yield np.stack([np.max([sums(odds, each, HIP) for each in size], axis=0) for size in silhouettes])
+        yield kernels.sums(odds).reshape(S, P, *size).max(1)

@@ -43,8 +43,10 @@ def best_path(scores: Iterable[Planes], corners: Ints, step: float, resize: floa
     before = np.empty((len(corners), *first.shape), numbers)
     value = np.zeros(first.shape)
     for score, (right, down), kept in zip(chain([first], frames), moves, before, strict=True):
-        rows, places = np.clip(np.arange(h) + down, 0, h - 1), np.clip(np.arange(w) + right, 0, w - 1)
-        value = _onward(value[:, rows[:, None], places], score, kept, step, resize, reach)
+        if right or down:
+            rows, places = np.clip(np.arange(h) + down, 0, h - 1), np.clip(np.arange(w) + right, 0, w - 1)
+            value = value.take(rows, 1).take(places, 2)
+        value = _onward(value, score, kept, step, resize, reach)
     path = np.empty((len(corners), 3), np.intp)
     s, y, x = map(int, np.unravel_index(value.argmax(), value.shape))
     for t in range(len(corners) - 1, -1, -1):

@@ -5,6 +5,7 @@ import pytest
 
 from tests.tracker.outline.films import CYCLES, FPS, FRAMES, MIDDLE, SHAPE, SIZE, UNIT, film
 from tracker.outline import place
+from tracker.outline.kernels import Kernels
 from tracker.outline.place import DENSITY
 from tracker.survey.evidence import NOTHING
 
@@ -44,8 +45,8 @@ def test_wherever_the_mark_is_a_camera_that_zooms_changes_nothing(frame, rng):
 
 def test_far_as_a_camera_pans_no_more_is_kept_of_a_frame_than_it_shows(rng, monkeypatch):
     seen, kept = film(rng, camera=(4.0, 0.0, 0.0, 0.0)), []
-    sums = place.sums
-    monkeypatch.setattr(place, "sums", lambda odds, *words: kept.append(odds.shape) or sums(odds, *words))
+    sums = Kernels.sums
+    monkeypatch.setattr(Kernels, "sums", lambda self, odds: kept.append(odds.shape) or sums(self, odds))
     found = place.walk(seen.stage(rng), SHAPE, CYCLES, seen.start(), MIDDLE)
     assert off(found, seen)[0] < 2.0 / DENSITY
     assert max(columns for _, columns in kept) < SIZE[0] * DENSITY / UNIT + 7.0
