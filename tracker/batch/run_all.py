@@ -80,8 +80,9 @@ def run_batch(
     """
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"
-    for path, mark in ((summary, ",".join(SUMMARY)), (overview, MADE)):
-        if path.exists() and not (path.is_file() and mark.encode() in path.read_bytes()[:1000]):
+    header = ",".join(SUMMARY)
+    for path, mark, within in ((summary, header, len(header)), (overview, MADE, 1000)):
+        if path.exists() and not (path.is_file() and mark.encode() in path.read_bytes()[:within]):
             raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
     # The summary's place is checked first, so that a long batch is not lost if it cannot be written.
     with fresh_file(summary, overwrite=True, inputs=[table]) as aside:

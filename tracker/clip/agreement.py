@@ -20,9 +20,7 @@ from tracker.run.track import Track, blocks
 MARKED, FOUND = 7 / 3, 1.0  # variance of the outline's constant error over that of a marked or found start
 FEWEST = 10  # frames in which a joint must be seen
 KNEES = {f"knee_{side}" for side in SIDES}
-FAR = (
-    0.09  # root mean square of the joints' differences from which on the outline is not believed, leg lengths
-)
+FAR = 0.09  # rms difference of the joints beyond which the outline is not believed, leg lengths
 RIDGE = 0.01  # prior variance of the error of a joint over that of a freedom, leg lengths and radians
 
 

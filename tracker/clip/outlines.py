@@ -86,14 +86,16 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
     points, places, lights = dict(seen.points), dict(seen.places), dict(seen.lights)
     wrong, far, (begins, ends) = seen.wrong, 2 * REACH - SHARED, seen.shot
     while onward is not None:
-        part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress, True)
+        part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress, named=True)
         if part is None:
             break
         wrong = max(wrong, part.outline.wrong)
-        points = as_seen(part.outline, part.first, plan).points | points
-        if onward[0] in places:
-            places = {t: places[onward[0]] @ place for t, place in part.places.items()} | places
-        lights = {t: lights[onward[0]] * light for t, light in part.lights.items()} | lights
+        for t, found in as_seen(part.outline, part.first, plan).points.items():
+            points.setdefault(t, found)
+        for t, place in part.places.items() if onward[0] in places else ():
+            places.setdefault(t, places[onward[0]] @ place)
+        for t, light in part.lights.items():
+            lights.setdefault(t, lights[onward[0]] * light)
         begins, ends = (begins, part.shot[1]) if way > 0 else (part.shot[0], ends)
         onward = part.after if way > 0 else part.before
     return replace(seen, points=points, places=places, lights=lights, wrong=wrong, shot=(begins, ends))

@@ -26,9 +26,7 @@ class Task:
         Path | None,
         typer.Option(help="The table to write [default: named after the poses or model and the command]."),
     ] = None
-    no_plot: Annotated[bool, typer.Option("--no-plot", help="Draw no picture, else as --out, but .png.")] = (
-        False
-    )
+    no_plot: Annotated[bool, typer.Option("--no-plot", help="No picture, else as --out, but .png.")] = False
 
     @property
     def source(self) -> Path:

@@ -215,7 +215,7 @@ def test_a_motion_that_runs_away_is_refused(tmp_path, tmp_path_factory):
     A[:, : model.layout.d] *= 1.5
     path = saved(tmp_path_factory.mktemp("wild") / "m.npz", replace(model, A=A))
     line = refused("synthesise", "--model", path, "--out", tmp_path / "o.csv")
-    assert "the model's motion leaves all that a figure can do" in line
+    assert "the model's motion leaves all that a figure can do at frame" in line
 
 
 @pytest.mark.usefixtures("untouched")

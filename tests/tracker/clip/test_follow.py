@@ -321,6 +321,15 @@ def test_joints_that_nobody_marked_are_less_sure_than_marked_ones(job, asked, wa
     assert prepare(replace(job, settings=settings, found=found)).tracker.settings.mark == want
 
 
+@pytest.mark.parametrize("facing", [1, -1, None])
+def test_facing_is_seen_from_the_marks_unless_told(job, facing):
+    upright = {"head_top": (200.0, 20.0), "neck": (200.0, 40.0), "hip": (200.0, 90.0)}
+    bent = {"knee": (203.0, 140.0), "ankle": (200.0, 190.0)}
+    legs = {f"{side}_{joint}": place for side in ("near", "far") for joint, place in bent.items()}
+    marks = {0: {name: Mark(*place) for name, place in (upright | legs).items()}}
+    assert prepare(replace(job, marks=marks, facing=facing)).start.view.facing == (facing or 1)
+
+
 @pytest.mark.parametrize("model", ["walk-run-1", "cv"])
 def test_slow_motion_is_followed_as_at_the_rate_that_it_was_filmed_at(
     model, job, clip, tmp_path, monkeypatch

@@ -2,15 +2,28 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg.blas import dtbsv
 
 from tests.tracker.outline.films import CYCLES, MIDDLE, SHAPE, WALK, WALKER
-from tracker.outline.climb import ANGLE, ANKLE, CHANGE, GIVE, GRID, MARKED_ANGLE, WEIGHT, Marked, climb
+from tracker.outline.climb import (
+    ANGLE,
+    ANKLE,
+    CHANGE,
+    GIVE,
+    GRID,
+    MARKED_ANGLE,
+    WEIGHT,
+    Marked,
+    climb,
+    factor,
+)
 from tracker.outline.cycles import at_phases, columns_of, poses
 from tracker.outline.shape import arms_worth
 
 HERE = 4  # the marked frame among those around it
 PART = slice(MIDDLE - HERE, MIDDLE + HERE + 1)
 UNKNOWN = Marked(HERE, np.zeros(len(WALKER.freedoms)), np.zeros(len(WALKER.freedoms), bool))
+SPREADS, CHANGES = np.array([0.2, 1.5]), np.array([0.1, 0.7])
 KNEE, TOE = WALKER.index("knee_near"), WALKER.index("ankle_near")
 
 
@@ -77,3 +90,19 @@ def test_joints_pass_their_limits_by_little(side, odds, path):
     # All frames alike: their spread about the path against GIVE at the limit.
     over = np.radians(15.0) / (1.0 + (ANGLE / GIVE) ** 2)
     np.testing.assert_allclose(np.abs(found[:, KNEE] - limit), over, atol=1e-4)
+
+
+def precision(T, k):
+    """Of a path near 0 and near itself a frame before."""
+    change = np.diff(np.eye(T), axis=0) / CHANGES[k]
+    return np.eye(T) / SPREADS[k] ** 2 + change.T @ change
+
+
+@pytest.mark.parametrize("T", [1, 2, 7])
+def test_paths_and_slopes_go_through_the_factor_of_the_precision(T, rng):
+    U, z, slope = factor(T, SPREADS, CHANGES), rng.normal(size=(T, 2)), rng.normal(size=(T, 2))
+    paths, slopes = dtbsv(2, U, z.ravel()).reshape(T, 2), dtbsv(2, U, slope.ravel(), trans=1).reshape(T, 2)
+    for k in range(2):
+        upper = np.linalg.cholesky(precision(T, k)).T
+        np.testing.assert_allclose(upper @ paths[:, k], z[:, k], atol=1e-12)
+        np.testing.assert_allclose(upper.T @ slopes[:, k], slope[:, k], atol=1e-12)

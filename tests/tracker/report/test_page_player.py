@@ -36,6 +36,19 @@ def test_keys_step_frames_and_stop_at_the_ends(browser, tmp_path):
         report.shows(frame)
 
 
+def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
+    browser.wait("Number(document.querySelector('#frame').value) > 5")
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    frame = int(browser.value("document.querySelector('#frame').value"))
+    assert 5 < frame < SECONDS * FPS - 1
+    report.shows(frame)
+    assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
+
+
 def test_from_its_end_the_clip_plays_again_from_the_start(browser, tmp_path):
     report = Report(browser, made(tmp_path))
     last = round(SECONDS * FPS) - 1
@@ -75,10 +88,8 @@ def test_several_models_move_together_on_one_source_and_each_has_its_name_and_nu
     assert titles <= set(browser.each("h2", "one.innerText"))
     assert "cv, lost at frame 2" in browser.text("#errors .legend")
     browser.press(" ")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
     browser.wait("Number(document.querySelector('#frame').value) > 40")
     browser.press(" ")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
     report.shows(int(browser.value("document.querySelector('#frame').value")))
 
 
