@@ -22,6 +22,8 @@ from dynamics.gaussian import Array, Ints
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 CROSSING = 1e-3  # probability a frame of a change from one motion to another
+BATCH = 64  # sequences side by side; fewer where an array would exceed
+LARGEST = 2**25  # numbers
 
 
 def forward_backward(
@@ -90,6 +92,17 @@ def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, Ints]:
     for n, y in enumerate(ys):
         padded[: len(y), n] = y
     return padded, lengths
+
+
+def batches(ys: Sequence[Array], numbers: int) -> list[list[int]]:
+    """Groups of sequences to run side by side with so many numbers a frame, longest first."""
+    order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
+    found = []
+    while order:
+        size = min(max(LARGEST // (len(ys[order[0]]) * numbers), 1), BATCH)
+        found.append(order[:size])
+        order = order[size:]
+    return found
 
 
 def split_as(rows: NDArray[Scalar], ys: Sequence[Array]) -> list[NDArray[Scalar]]:

@@ -5,13 +5,14 @@
 Entries of a pose that were not measured are left out of its density.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dynamics.chain import (
     CROSSING,
+    batches,
     best_paths,
     blocks,
     check_chain,
@@ -23,6 +24,8 @@ from dynamics.chain import (
 from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
 from dynamics.kalman import update
 from dynamics.posterior import Switching
+
+ARRAYS = 8  # of pairs of states that are held at a time
 
 
 @dataclass(frozen=True)
@@ -64,17 +67,21 @@ class HMMPosterior(Switching):
 
 def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
     """The posterior of each sequence (T, M), T >= 1; NaN entries were not measured."""
-    if not len(ys):
-        return []
+    posteriors: dict[int, HMMPosterior] = {}
+    for chosen in batches(ys, ARRAYS * hmm.Pi.size):
+        posteriors |= zip(chosen, _side_by_side(hmm, [ys[n] for n in chosen]), strict=True)
+    return [posteriors[n] for n in range(len(ys))]
+
+
+def _side_by_side(hmm: HMM, ys: Sequence[Array]) -> Iterator[HMMPosterior]:
     log_lik, lengths = side_by_side(split_as(log_likelihoods(hmm, np.concatenate(ys)), ys), 0.0)
     with np.errstate(divide="ignore"):
         log_pi0, log_Pi = np.log(hmm.pi0), np.log(hmm.Pi)
     prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, log_lik, lengths)
     path = best_paths(log_pi0, log_Pi, log_lik, lengths)
-    return [
-        HMMPosterior(prob[:T, n].copy(), path[:T, n].copy(), pair[: T - 1, n].copy(), float(log_evidence[n]))
-        for n, T in enumerate(lengths)
-    ]
+    for n, T in enumerate(lengths):
+        own = prob[:T, n].copy(), path[:T, n].copy(), pair[: T - 1, n].copy()
+        yield HMMPosterior(*own, float(log_evidence[n]))
 
 
 def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:

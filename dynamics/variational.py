@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dynamics.averaged import Data, Poses, System, averaged, beside, whitened
-from dynamics.chain import forward_backward, side_by_side
+from dynamics.chain import batches, forward_backward, side_by_side
 from dynamics.gaussian import Array, Gaussian
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
@@ -27,8 +27,6 @@ from dynamics.viterbi import viterbi_all
 
 ROUNDS = 50
 TOLERANCE = 1e-3  # nats; the bound then ended at most 1e-3 below its limit, mostly after 2 to 5 rounds
-BATCH = 64  # sequences at a time; fewer where an array would exceed
-LARGEST = 2**25  # numbers
 
 
 def variational_all(
@@ -65,15 +63,7 @@ def variational_all(
 
 def variational_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
     """Groups of sequences to process together, longest first; rounding depends on the grouping."""
-    order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
-    numbers = slds.A[:, : len(slds.names)].size
-    batches = []
-    while order:
-        fit = LARGEST // (len(ys[order[0]]) * numbers)
-        size = min(max(fit, 1), BATCH)
-        batches.append(order[:size])
-        order = order[size:]
-    return batches
+    return batches(ys, slds.A[:, : len(slds.names)].size)
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import islice
@@ -17,6 +18,7 @@ from videos.times import FASTEST, rate_between_pauses, rate_of
 USUAL_FPS = 30.0  # where nothing tells the rate, as of a folder of pictures
 SQUARE = 0.02  # ratios of a pixel's sides nearer to 1 count as 1
 TIMED = 600  # packets whose times tell of pauses, and the frame rate where the container gives none
+LASTS = re.compile(r"(\d+):(\d+):(\d+\.?\d*)")  # the duration that Matroska's tags tell of a stream
 JOINED = 1.0  # seconds by which a packet's time goes back where another recording begins
 
 
@@ -53,22 +55,38 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
     return streams[0]
 
 
-def announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None]:
-    """Frames per second, and about how many frames the container announces."""
+def announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None, float | None]:
+    """Frames per second, about how many frames the container announces, and when the last of them ends.
+
+    The end, in seconds, is told of Matroska alone, which counts no frames and whose rate is only nominal; 0
+    where it is unknown.
+    """
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
     known = float(rate) if rate and rate < FASTEST else None  # others are those of clocks: Matroska's is 1000
     times = list(_packet_times(container, stream))
     average = known or rate_of(times) or USUAL_FPS
+    if "matroska" in container.format.name:
+        fps = rate_between_pauses(times, average) or average
+        late = max(container.start_time or 0, 0)  # the duration counts from time zero
+        seconds = ((container.duration or late) - late) / av.time_base
+        return fps, round(seconds * fps) or None, _matroska_end(container, stream)
     fps = rate_between_pauses(times) or average
     seconds = 0.0
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)
     elif container.duration:
-        late = container.start_time if "matroska" in container.format.name else 0
-        seconds = (container.duration - max(late, 0)) / av.time_base  # Matroska counts from time zero
+        seconds = container.duration / av.time_base
     # A clip trimmed on a phone has a shorter duration but its old frame count, hence the lesser.
     counts = stream.frames, round(seconds * average)
-    return fps, min((count for count in counts if count), default=None)
+    return fps, min((count for count in counts if count), default=None), None
+
+
+def _matroska_end(container: InputContainer, stream: VideoStream) -> float:
+    """When the last picture ends, seconds; 0 if unknown, as a sound may last longer than the pictures."""
+    if told := LASTS.fullmatch(stream.metadata.get("DURATION", "")):
+        hours, minutes, seconds = map(float, told.groups())
+        return 3600.0 * hours + 60.0 * minutes + seconds
+    return 0.0 if container.streams.audio else (container.duration or 0) / av.time_base
 
 
 def stretched(path: Path, stream: VideoStream) -> str | None:

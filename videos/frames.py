@@ -92,7 +92,7 @@ class Video:
         else:
             with opened(self.path) as container:
                 stream = video_stream(container, self.path)
-                self.played, self.count_hint = announced(container, stream)
+                self.played, self.count_hint, self._end = announced(container, stream)
                 self._about = stretched(self.path, stream)
 
         self.rate, self.fps = rate, self.played / rate
@@ -194,7 +194,7 @@ class Video:
             self._times, self._fields, self.mended = times, fields, max(mended, self.mended)
             yield Frame(index, time, self._marked(index, picture, rgb))
             index += 1
-        self.cut_short = self._shortfall(index, damaged)
+        self.cut_short = self._shortfall(index, times.last, damaged)
 
     def _recalled(self) -> Iterator[VideoFrame | None]:
         """All pictures, None for damage; unless their times grow, later readings start at frame 0."""
@@ -232,9 +232,12 @@ class Video:
             )
         return image
 
-    def _shortfall(self, count: int, damaged: list[int]) -> str | None:
-        """One line on missing frames; `damaged` lists the frames that follow damage."""
+    def _shortfall(self, count: int, last: float, damaged: list[int]) -> str | None:
+        """One line on missing frames; `last` is the last one's time, `damaged` lists those that follow
+        damage."""
         hint, name = self.count_hint or 0, self.path.name
+        if self._end is not None:
+            hint = count + round((self._end - last) * self.played) - 1
         within = [index for index in damaged if index < count]
         if within:
             return (

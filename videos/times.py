@@ -9,7 +9,7 @@ from statistics import median
 
 FASTEST = 1000.0  # frames a second
 PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a first picture that is held
-UNLIKE = 0.1  # share by which pauses must change the average rate to count
+UNLIKE = 0.1  # share by which times must differ from a known rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
 UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
 ALIKE = 5  # pictures alike in a row by a conversion
@@ -27,15 +27,17 @@ def rate_of(times: Iterable[float]) -> float | None:
     return 1.0 / step if step * FASTEST >= 1.0 - 1e-9 else None
 
 
-def rate_between_pauses(times: Iterable[float]) -> float | None:
-    """Average frames a second of times (seconds, in any order) but for pauses; None where these hardly change
-    it."""
+def rate_between_pauses(times: Iterable[float], known: float | None = None) -> float | None:
+    """Average frames a second of times (seconds, in any order) but for pauses; None if it is about the known
+    rate, by default their average."""
     grown = sorted(set(times))
     steps = [after - before for before, after in pairwise(grown)]
-    longest = PAUSE * median(steps or [0.0])
+    if not steps:
+        return None
+    longest = PAUSE * median(steps)
     going = [step for step in steps if step <= longest]
-    paused = sum(steps) * len(going) > (1.0 + UNLIKE) * sum(going) * len(steps)
-    return len(going) / sum(going) if paused else None
+    rate, known = len(going) / sum(going), known or len(steps) / sum(steps)
+    return rate if max(rate / known, known / rate) > 1.0 + UNLIKE else None
 
 
 @dataclass

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+import dynamics.hmm as module
+from dynamics import chain
 from dynamics.chain import blocks
-from dynamics.hmm import combine_hmms, hmm_all
+from dynamics.hmm import ARRAYS, combine_hmms, hmm_all
 from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.options import DEFAULTS, Options
 from tests.dynamics.hmms import enumerated, random_hmm
@@ -77,6 +79,24 @@ def test_inference_agrees_with_hmmlearn(rng):
         assert got.log_evidence == pytest.approx(log_evidence, rel=1e-11)
         assert_allclose(got.prob, prob, atol=1e-11)
         assert_array_equal(got.path, other.decode(y)[1])
+
+
+def test_a_long_sequence_beside_short_ones_is_taken_alone(rng, monkeypatch):
+    hmm = random_hmm(3, rng, M=2)
+    ys = [drawn(hmm, T, rng)[1] for T in (5, 100, 1, 30, 5)]
+    together, sizes = hmm_all(hmm, ys), []
+
+    def side_by_side(parts, fill):
+        sizes.append(len(parts) * max(map(len, parts)))
+        return chain.side_by_side(parts, fill)
+
+    monkeypatch.setattr(module, "side_by_side", side_by_side)
+    monkeypatch.setattr(chain, "LARGEST", 40 * ARRAYS * 9)
+    for got, wanted in zip(hmm_all(hmm, ys), together, strict=True):
+        assert_allclose(got.prob, wanted.prob, atol=1e-12)
+        assert_array_equal(got.path, wanted.path)
+        assert got.log_evidence == pytest.approx(wanted.log_evidence)
+    assert sizes == [100, 30, 15]
 
 
 # Learning

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.special import entr
 
 import dynamics.variational as module
+from dynamics import chain
 from dynamics.gaussian import Gaussian
 from dynamics.learning.em import learn
 from dynamics.learning.options import Options
@@ -185,7 +186,7 @@ def test_long_sequences_are_taken_fewer_at_a_time(rng, monkeypatch):
 
     module_beside = module.beside
     monkeypatch.setattr(module, "beside", beside)
-    monkeypatch.setattr(module, "LARGEST", 40 * 2 * 2 * 2)  # 40 frames of 2 states' 2 x 2
+    monkeypatch.setattr(chain, "LARGEST", 40 * 2 * 2 * 2)  # 40 frames of 2 states' 2 x 2
     slds = random_slds(2, rng=rng)
     ys = [drawn(slds, T, rng) for T in (50, 20, 1, 1, 1, 20, 10, 10, 10, 10, 1)]
     variational_all(slds, ys)

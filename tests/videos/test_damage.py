@@ -92,6 +92,32 @@ def test_a_lack_of_memory_is_not_taken_for_damage():
         list(decode(container, stream))
 
 
+def test_matroska_with_a_pause_or_a_longer_sound_is_not_called_cut_short(tmp_path):
+    ticks = [33 * t + 9000 * (t > 20) for t in range(40)]
+    paused = make_clip(
+        tmp_path / "paused.mkv", [picture(t) for t in range(40)], ticks=ticks, format="matroska"
+    )
+    sounding = tmp_path / "sounding.mkv"
+    with av.open(str(paused)) as source, av.open(str(sounding), "w") as container:
+        shown = container.add_stream_from_template(source.streams.video[0])
+        heard = container.add_stream("pcm_s16le", rate=8000, layout="mono")
+        for packet in source.demux():
+            if packet.size:
+                packet.stream = shown
+                container.mux(packet)
+        sound = av.AudioFrame.from_ndarray(np.zeros((1, 20 * 8000), np.int16), layout="mono")
+        sound.sample_rate, sound.pts = 8000, 0
+        container.mux([*heard.encode(sound), *heard.encode()])
+    with av.open(str(sounding)) as container:
+        assert container.duration > 19e6
+    untold = tmp_path / "untold.mkv"
+    untold.write_bytes(sounding.read_bytes().replace(b"DURATION", b"ANYTHING"))
+    for path in (paused, sounding, untold):
+        video = Video(path)
+        assert sum(1 for _ in video) == 40
+        assert video.cut_short is None
+
+
 def test_a_clip_trimmed_on_the_phone_is_not_called_cut_short(tmp_path):
     path = make_clip(tmp_path / "trimmed.mp4", [picture(t) for t in range(40)])
     stored = bytearray(path.read_bytes())

@@ -64,6 +64,21 @@ def test_the_clock_of_matroska_is_not_taken_for_the_frames(tmp_path):
     assert video.cut_short is None
 
 
+@pytest.mark.parametrize("step", [[67], [33, 33, 33, 33, 67, 67, 67, 67]])
+def test_the_rate_that_matroska_declares_gives_way_to_its_frames_times(tmp_path, step):
+    ticks = np.cumsum(np.resize(step, 80)) - step[0]
+    path = make_clip(
+        tmp_path / "dim.mkv", [picture(t % 50) for t in range(80)], ticks=ticks, format="matroska"
+    )
+    with av.open(str(path)) as container:
+        assert container.streams.video[0].average_rate == 30
+    video = Video(path)
+    assert len(list(video)) == 80
+    assert video.fps == pytest.approx(1000.0 / np.mean(step), rel=0.01)
+    assert video.count_hint == pytest.approx(80, abs=1)
+    assert video.cut_short is None
+
+
 @pytest.mark.parametrize(
     ("times", "said"),
     [
@@ -176,8 +191,8 @@ def test_a_clocks_rate_is_seen_through_where_the_file_is_damaged(tmp_path):
         raise av.InvalidDataError(1, "damage")
 
     with av.open(str(path)) as container:
-        damaged = SimpleNamespace(demux=damaged_at_last, duration=None)
-        fps, _ = announced(damaged, container.streams.video[0])
+        damaged = SimpleNamespace(demux=damaged_at_last, duration=None, format=container.format)
+        fps, *_ = announced(damaged, container.streams.video[0])
     assert fps == pytest.approx(1000.0 / 33.0, rel=1e-6)
 
 

@@ -22,7 +22,7 @@ LAYOUTS = {3 * len(names): names for names in (BODY_25, COCO_18)}
 # BODY_25 has no head top, and figtrack tracks no nose.
 NAMES = {"MidHip" if name == "Hip" else name: joint for name, joint in HALPE.items() if name != "Head"}
 OTHERS = ("face", "hand_left", "hand_right")
-FILE = re.compile(r"(.*_)?(\d+)_keypoints\.json")
+FILE = re.compile(r"(?!\.)(.*_)?(\d+)_keypoints\.json")  # no hidden ones, as macOS adds to copies
 
 
 def write_openpose(points: Points, folder: Path, prefix: str) -> None:

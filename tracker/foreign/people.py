@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+COPY = re.compile(r"\.rf\.[0-9a-f]+$")  # what Roboflow adds to an image's name
+
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
@@ -57,8 +59,8 @@ def largest(people: Sequence[Person]) -> int:
 
 
 def frame_number(name: str) -> int | None:
-    """The last number in a file's name: img0012.png is frame 12."""
-    numbers = re.findall(r"\d+", Path(name.replace("\\", "/")).stem)
+    """The last number in a file's name: img0012.png is frame 12, as is img0012_png.rf.8d2f.jpg."""
+    numbers = re.findall(r"\d+", COPY.sub("", Path(name.replace("\\", "/")).stem))
     return int(numbers[-1]) if numbers and len(numbers[-1].lstrip("0")) < 10 else None
 
 

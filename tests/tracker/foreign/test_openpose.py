@@ -73,6 +73,13 @@ def test_a_clip_s_points_are_those_seen_and_a_head_s_top_above_the_ears_is_not(t
     assert found.names == tuple(name for name in KEYPOINTS if name != "head_top")
 
 
+def test_hidden_files_that_a_copy_left_are_no_frames(tmp_path):
+    write_frame(tmp_path, 0, numbers(1.0, 0.5))
+    (frame,) = tmp_path.iterdir()
+    frame.with_name(f"._{frame.name}").write_bytes(b"\x00\x05\x16\x07")
+    assert list(read_people(tmp_path)) == [0]
+
+
 def test_two_files_of_one_frame_are_refused(tmp_path):
     write_frame(tmp_path, 0, numbers(1.0, 0.5))
     (tmp_path / "b_0_keypoints.json").write_text('{"people": []}')

@@ -27,6 +27,7 @@ def test_numbers_must_be_three_a_name():
         ("img0012.png", 12),
         ("labeled-data/v2/img3.png", 3),
         ("a\\b\\cam1_007.json", 7),
+        ("walk_0012_png.rf.8d2f7a44c1.jpg", 12),
         ("start.png", None),
         ("9" * 30, None),
     ],
