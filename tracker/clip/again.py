@@ -94,8 +94,8 @@ def film_told(job: Job) -> dict[str, Any]:
 class Kept:
     """An earlier track, and its frames that are followed again, those between unchanged marks.
 
-    The track passes through all marks, so frames beyond the next unchanged mark stay the same. Templates come
-    from the start frame and change on the way, so following begins there again.
+    The track passes through all marks, so frames beyond the next unchanged mark are kept, though templates
+    would reach them a little different. Templates come from the start frame, so following begins there again.
 
     anew  : first and last frame that are replaced
     span  : first and last frame that are followed for this, including the start frame

@@ -1,6 +1,6 @@
 """The points of the file of `--measure`: those that count, and how they compare with the track."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from kinematics.spm import joints
 from tracker.foreign.formats import read_points
 from tracker.foreign.text_files import ForeignError
 from tracker.loop.detections import Detections, Detector
+from tracker.often import crowded
 from tracker.run.track import Track
 from tracker.settings import Settings
 
@@ -68,7 +69,7 @@ class Measured:
         return Judged(str(self.path), names, len(rows), round(settings.point, 4), exchanged)
 
 
-def read_measured(path: Path, start: Start, frame: int, settings: Settings) -> Measured:
+def read_measured(path: Path, start: Start, frame: int, fps: float, settings: Settings) -> Measured:
     """The points of a file that the figure has and that are likely enough, by frame.
 
     Args:
@@ -81,7 +82,8 @@ def read_measured(path: Path, start: Start, frame: int, settings: Settings) -> M
     likely = (points.likelihood >= settings.point_likelihood)[..., None]
     places = np.where(likely, points.known, np.nan)
     frames = {t: Detections.of(start.figure, points.names, row) for t, row in enumerate(places)}
-    frames = {t: found for t, found in frames.items() if len(found.joint)}
+    # Errors of successive frames are correlated, so a frame counts less where there are more of them.
+    frames = {t: replace(found, doubt=crowded(fps)) for t, found in frames.items() if len(found.joint)}
     if not frames:
         raise ForeignError(
             f"no point of {path} has a likelihood of {settings.point_likelihood:g}; lower point_likelihood "

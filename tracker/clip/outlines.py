@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
-from tracker.clip.part import Part, Pose, part_around
+from tracker.clip.part import Ends, Part, Pose, part_around
 from tracker.clip.plan import Plan, Seen
 from tracker.clip.staged import POINT, detections
 from tracker.clip.start import marked_start
@@ -46,18 +46,18 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
 def look(plan: Plan, progress: Progress) -> Seen:
     """Fit the figure's outline to the film; the result does not depend on the motion model.
 
-    It is empty if points are given, the settings disable outlines, the figure has none, or it does not stand
-    out from a known scene.
+    It is empty if points are given, the settings disable outlines or the figure has none, and holds only the
+    film's cuts if the figure does not stand out from a known scene.
     """
     settings = plan.tracker.settings
     wanted = plan.start.figure.outline and settings.outline and settings.templates and settings.mode == "full"
     if not wanted or plan.measured is not None:
         return Seen({})
-    part = _part(plan, (plan.frame, _shown(plan)), (REACH, REACH), progress)
+    shot, part = _part(plan, (plan.frame, _shown(plan)), (REACH, REACH), progress)
     if part is None:
-        return Seen({})
+        return Seen({}, shot=shot)
     seen = as_seen(part.outline, part.first, plan)
-    seen = replace(seen, places=part.places, lights=part.lights, shot=part.shot)
+    seen = replace(seen, places=part.places, lights=part.lights, shot=shot)
     seen = _beyond(seen, part.after, 1, plan, progress)
     return _beyond(seen, part.before, -1, plan, progress)
 
@@ -72,7 +72,7 @@ def as_seen(outline: Outline, first: int, plan: Plan) -> Seen:
 
 def _part(
     plan: Plan, pose: Pose, around: tuple[int, int], progress: Progress, named: bool = False
-) -> Part | None:
+) -> tuple[Ends, Part | None]:
     return part_around(plan.video, pose, around, (plan.job.first, plan.job.stop), progress, named)
 
 
@@ -86,7 +86,7 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
     points, places, lights = dict(seen.points), dict(seen.places), dict(seen.lights)
     wrong, far, (begins, ends) = seen.wrong, 2 * REACH - SHARED, seen.shot
     while onward is not None:
-        part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress, named=True)
+        shot, part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress, named=True)
         if part is None:
             break
         wrong = max(wrong, part.outline.wrong)
@@ -96,7 +96,7 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
             places.setdefault(t, places[onward[0]] @ place)
         for t, light in part.lights.items():
             lights.setdefault(t, lights[onward[0]] * light)
-        begins, ends = (begins, part.shot[1]) if way > 0 else (part.shot[0], ends)
+        begins, ends = (begins, shot[1]) if way > 0 else (shot[0], ends)
         onward = part.after if way > 0 else part.before
     return replace(seen, points=points, places=places, lights=lights, wrong=wrong, shot=(begins, ends))
 

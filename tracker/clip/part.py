@@ -25,6 +25,7 @@ LEG = 40.0  # largest length of a leg in the small pictures, pixels
 EDGE = 30  # surveyed frames at an end, one of which must show the whole figure for a part beyond
 
 Pose = tuple[int, Start]  # a frame and the pose in it
+Ends = tuple[int | None, int | None]  # first and last frame of a scene, None for an end that was not seen
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,6 @@ class Part:
         the film does not show it
     lights  : by frame, its light as a share of that of the frame of the part's start pose
     before, after : poses from which parts of the film before and after this one start, None for none
-    shot    : first and last frame of what one scene is shown in, None for an end that is not in this part
     """
 
     first: int
@@ -46,7 +46,6 @@ class Part:
     lights: dict[int, float]
     before: Pose | None
     after: Pose | None
-    shot: tuple[int | None, int | None]
 
 
 def part_around(
@@ -56,8 +55,8 @@ def part_around(
     within: tuple[int, int | None],
     progress: Progress,
     named: bool = False,
-) -> Part | None:
-    """The part of a film around a frame whose pose is known; None if the film is too short.
+) -> tuple[Ends, Part | None]:
+    """The ends of the scene around a frame whose pose is known, and the part; None if the scene is too short.
 
     Args:
         around: surveyed frames before and after that frame.
@@ -69,9 +68,11 @@ def part_around(
     first, last = frame - before * step, frame + around[1] * step
     last = last if stop is None else min(last, stop)
     film = surveyed(video, first, last, step, start.view.unit / LEG, progress, frame)
-    if film is None or not film.enough or frame > film.first + (len(film.survey.places) - 1) * step:
-        return None
+    if film is None or frame > film.first + (len(film.survey.places) - 1) * step:
+        return (None, None), None
     shot = (film.first if film.first > first else None, film.last if film.cut else None)
+    if not film.enough:
+        return shot, None
     first, before = film.first, (frame - film.first) // step
     # A known person is certainly there, so what is as dark as a shadow or like the scene may be clothes.
     cycles, stage = Cycles.load(), film.stage(start.view.facing, SOMEBODY)
@@ -87,15 +88,15 @@ def part_around(
     to_start = np.linalg.inv(stage.places[before]) @ finer(stage.places, step)
     lights = finer(stage.shares, step) / stage.shares[before]
     facing, edge = start.view.facing, EDGE * step
-    return Part(
+    part = Part(
         first,
         outline,
         dict(enumerate(to_start, first)) if told else {},
         dict(enumerate(lights.tolist(), first)),
         None if began else _seen_whole(start.figure, outline, facing, first, slice(edge)),
         None if ended else _seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
-        shot,
     )
+    return shot, part
 
 
 def _seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some: slice) -> Pose | None:

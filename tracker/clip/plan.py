@@ -97,7 +97,7 @@ def prepare(job: Job) -> Plan:
         settings = settings.model_copy(update={"mark": max(settings.mark, FOUND)})
     start = _start(job, video, settings)
     slds = find_model(job.model, video.fps, settings, start.figure)
-    measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
+    measured = None if job.measure is None else read_measured(job.measure, start, frame, video.fps, settings)
     if measured is not None:
         settings = settings.model_copy(update={"point": max(settings.point, measured.jitter)})
     seen = Seen({} if measured is None else measured.frames)

@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 
 from tracker.loop.detections import Detections
-from tracker.often import USUAL, crowded
+from tracker.often import USUAL, crowded, often
 from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
@@ -96,7 +96,9 @@ def _to_cut(video: Video, first: int, last: int, step: int, by: float, progress:
     """The survey of a part of a film up to its first hard cut."""
     announced = video.count_hint or 0  # joined recordings may announce too few
     total = -((first - min(last + 1, announced)) // step) if first < announced else None
-    shot = Shot(video.pictures(first, last + PATIENCE * step, step), (last - first) // step + 1)
+    patience = round(PATIENCE * often(video.fps / step))
+    pictures = video.pictures(first, last + patience * step, step)
+    shot = Shot(pictures, (last - first) // step + 1, patience)
     images = progress.through(f"{video.path.name} surveyed", shot, total)
     begin = next(images, None)  # None if the film is shorter than it announces
     if begin is None:

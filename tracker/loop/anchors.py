@@ -71,7 +71,7 @@ def passed(
     state = tracker.with_scene(state, image, priors, place)
     here, expected = tracker.seen_by(state), priors.mean
     places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
-    away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit
+    away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / here.view.unit
     if not state.outcome.measured or away > FAR:
         return anew(tracker, state, anchor, image)
     belief = _measured(here, _loosened(tracker, proposed), anchor, expected)

@@ -12,8 +12,8 @@ from itertools import chain, count, pairwise
 import numpy as np
 
 from dynamics.gaussian import Array, Gaussian
-from kinematics.figure import ROOT
-from kinematics.spm import View, joints
+from kinematics.figure import ROOT, SCALE
+from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.detections import Detections
 from tracker.loop.estimate import NOTHING, Estimate, State
@@ -118,7 +118,7 @@ def between_anchors(
     """One estimate for each frame between two anchors, from the pass forth and the pass back."""
     if not there:
         return ()
-    back = [_in_scene_of(a, b, tracker.view) for a, b in zip(there, back, strict=True)]
+    back = [_in_scene_of(a, b, tracker) for a, b in zip(there, back, strict=True)]
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
     apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
     worst = (max(e.misfit for e in (*there, *back)) or 1.0) * MORE
@@ -134,10 +134,11 @@ def between_anchors(
     return [_between(a, b, share) for a, b, share in zip(there, back, shares, strict=True)]
 
 
-def _in_scene_of(a: Estimate, b: Estimate, view: View) -> Estimate:
+def _in_scene_of(a: Estimate, b: Estimate, tracker: Tracker) -> Estimate:
     """The estimate b in the same pixels, its pose relative to the scene where a has it."""
-    mean = b.pose.mean.copy()
-    mean[: len(ROOT)] = view.moved(a.moved).to_body(view.moved(b.moved).to_pixels(mean[: len(ROOT)]))
+    mean, ways = b.pose.mean.copy(), [tracker.view.moved(each.moved) for each in (a, b)]
+    mean[: len(ROOT)] = ways[0].to_body(ways[1].to_pixels(mean[: len(ROOT)]))
+    mean[tracker.figure.index(SCALE)] += np.log(ways[1].unit / ways[0].unit)
     return replace(b, pose=Gaussian(mean, b.pose.cov), moved=a.moved)
 
 

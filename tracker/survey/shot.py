@@ -23,7 +23,7 @@ SAMPLED = 128, 72  # of the pixels of the picture that it is made of
 ALIKE = 0.75  # least correlation of successive pictures of a scene; at least 0.87 in films of runners
 FLAT = 4.0  # contrast of a thumbnail, grey levels, below which a picture shows no scene
 ALIKE_ONES = 5  # successive pictures that show a scene
-PATIENCE = 30  # pictures in which the scene may come back
+PATIENCE = 30  # pictures in which the scene may come back, a second of them
 KEYS, STEP = 3, 10  # earlier pictures that are compared, as the last may be half covered; one of so many
 
 
@@ -33,10 +33,10 @@ class Shot:
     beyond : how many of the last ones are of another scene, once all have been read; 0 if there is no cut
     """
 
-    def __init__(self, images: Iterable[Image], most: float = math.inf) -> None:
-        """`most` are wanted; of more, up to PATIENCE tell whether the last of these show another scene."""
+    def __init__(self, images: Iterable[Image], most: float = math.inf, patience: int = PATIENCE) -> None:
+        """`most` are wanted; of more, up to `patience` tell whether the last of these show another scene."""
         self.beyond = 0
-        self._images, self._most = images, most
+        self._images, self._most, self._patience = images, most, patience
 
     def __iter__(self) -> Iterator[Image]:
         keys: deque[_Shown] = deque(maxlen=KEYS)  # of the scene
@@ -59,7 +59,7 @@ class Shot:
                 alike = alike + 1 if before is not None and now.alike(before) else 1
             before = now
             told = since == 0 and t + 1 >= self._most
-            if told or (since >= PATIENCE and alike >= ALIKE_ONES):
+            if told or (since >= self._patience and alike >= ALIKE_ONES):
                 break
         self.beyond = max(since - more, 0) if alike >= ALIKE_ONES else 0
 

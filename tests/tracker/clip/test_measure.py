@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from kinematics.recover import start_pose
 from kinematics.sides import exchanged as twins
 from tests.kinematics.figures import WALKER
-from tests.tracker.clips import figtrack, points_of, read_json, refused, succeeds, write_table
+from tests.tracker.clips import FPS, figtrack, points_of, read_json, refused, succeeds, write_table
 from tests.tracker.tracks import random_track
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -60,25 +60,27 @@ def test_only_points_that_are_likely_enough_count(true_points, measured, start):
     likelihood = true_points.likelihood.copy()
     likelihood[4, 0], likelihood[4, 1], likelihood[6] = 0.29, 0.31, 0.1
     path = measured(replace(true_points, likelihood=likelihood))
-    found = read_measured(path, start, 0, Settings())
+    found = read_measured(path, start, 0, FPS, Settings())
     assert sorted(found.frames) == [t for t in range(10) if t != 6]
     head = WALKER.joints.index(true_points.names[0])
     assert head not in found.frames[4].joint
     assert len(found.frames[4].joint) == len(true_points.names) - 1
-    every = read_measured(path, start, 0, Settings(point_likelihood=0.05))
+    every = read_measured(path, start, 0, FPS, Settings(point_likelihood=0.05))
     assert len(every.frames) == 10
+    often = read_measured(path, start, 0, 4.0 * FPS, Settings())
+    assert [found.doubt for found in (often.frames[0], every.frames[0])] == [2.0, 1.0]
     with pytest.raises(ForeignError, match=r"no point of .* likelihood of 0\.3; lower point_likelihood"):
-        read_measured(measured(replace(true_points, likelihood=0.2 * likelihood)), start, 0, Settings())
+        read_measured(measured(replace(true_points, likelihood=0.2 * likelihood)), start, 0, FPS, Settings())
 
 
 def test_points_of_another_clip_are_refused_and_exchanged_legs_are_not(true_points, measured, start, clip):
     away = replace(true_points, places=true_points.places + np.array([1.2 * clip.leg_px, 0.0]))
     with pytest.raises(ForeignError, match=r"frame 2 are \d+ px from the start pose; give the file of this"):
-        read_measured(measured(away), start_at(clip, 2), 2, Settings())
-    read_measured(measured(exchanged(true_points, [0])), start, 0, Settings())
+        read_measured(measured(away), start_at(clip, 2), 2, FPS, Settings())
+    read_measured(measured(exchanged(true_points, [0])), start, 0, FPS, Settings())
     gone = away.places.copy()
     gone[0] = np.nan
-    read_measured(measured(replace(away, places=gone)), start, 0, Settings())
+    read_measured(measured(replace(away, places=gone)), start, 0, FPS, Settings())
 
 
 @pytest.mark.parametrize("wrong", [0.0, 0.5])
@@ -114,7 +116,7 @@ def test_the_left_leg_is_near_of_who_faces_left(true_points, measured, clip):
     named = [name.partition("_") for name in true_points.names]
     names = tuple(sides[side] + part.title() if side in sides else side + _ + part for side, _, part in named)
     points = Points(names, true_points.places * mirror + [480.0, 0.0], true_points.likelihood)
-    found = read_measured(measured(points), start_pose(WALKER, places, -1), 0, Settings()).frames[0]
+    found = read_measured(measured(points), start_pose(WALKER, places, -1), 0, FPS, Settings()).frames[0]
     for joint, pixels in zip(found.joint, found.pixels, strict=True):
         # The file has three decimals.
         assert_allclose(pixels, places[WALKER.joints[joint]], atol=1e-3)

@@ -278,6 +278,13 @@ def test_a_film_of_too_few_frames_leaves_the_plan_as_it_is(plan):
     assert untouched(short, as_seen(short))
 
 
+def test_a_scene_of_too_few_frames_still_ends_at_its_cut(tmp_path):
+    other, few = film(np.random.default_rng(77), frames=40), a_walk().images[: FEWEST - 5]
+    found = look(prepare(written(tmp_path, np.concatenate([few, other.images]), a_walk().joints, 5)), QUIET)
+    assert found.points == {}
+    assert found.shot == (None, len(few) - 1)
+
+
 @pytest.mark.parametrize("past", [5, 800])
 @pytest.mark.parametrize("hint", [True, False])
 def test_a_start_past_the_films_end_leaves_the_plan_as_it_is(past, hint, plan, monkeypatch):

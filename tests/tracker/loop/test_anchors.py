@@ -57,6 +57,17 @@ def through(begun, anchor, before=Outcome.OK):
     return passed(tracker, replace(state, outcome=before), anchor, image)
 
 
+@pytest.mark.parametrize("zoom", [0.5, 1.0, 3.0])
+def test_what_is_far_off_is_told_by_the_size_in_that_frame(zoom, begun):
+    tracker, state, image = begun
+    state = replace(state, moved=np.array([0.0, 0.0, zoom]), camera=None)
+    view = tracker.seen_by(state).view
+    places = view.to_pixels(joints(WALKER, tracker.pose(state.belief.merged()).mean))
+    for off, far in ((0.15, False), (0.4, True)):
+        marks = dict(zip(JOINTS, places + np.array([off * view.unit, 0.0]), strict=True))
+        assert passed(tracker, state, Anchor.of(WALKER, marks), image)[1].began == far
+
+
 def test_tracking_passes_through_the_marks(begun):
     _, estimate = through(begun, anchor_of(NEARBY))
     assert not estimate.began

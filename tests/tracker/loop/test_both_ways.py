@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from dynamics.gaussian import Gaussian
+from kinematics.figure import SCALE
 from kinematics.spm import UNMOVED, View
 from tests.kinematics.figures import WALKER, upright
 from tests.oracles import assert_gaussian, mixture
@@ -53,9 +54,11 @@ def test_ways_that_see_the_figure_in_the_same_pixels_agree_wherever_they_have_th
     there = estimate(0.1, moved=(10.0, 10.0, 1.25))
     back = estimate((0.1 * 1.25 * 80.0 - 1.6) / 80.0, moved=(11.6, 8.4, 1.0))
     back.pose.mean[1] = 1.25 * there.pose.mean[1] - 1.6 / 80.0
+    back.pose.mean[WALKER.index(SCALE)] += np.log(1.25)
     for found in between_anchors(TRACKER, [there] * 9, [back] * 9):
         pixels = found.moved[:2] + found.moved[2] * TRACKER.view.axes * found.pose.mean[:2]
         assert_allclose(pixels, (10.0, 10.0) + 1.25 * TRACKER.view.axes * there.pose.mean[:2])
+        assert_allclose(found.pose.mean[2:], there.pose.mean[2:], atol=1e-12)
         assert_allclose(found.pose.cov, there.pose.cov)
 
 

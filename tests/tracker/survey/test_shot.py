@@ -52,6 +52,14 @@ def test_what_hides_the_scene_for_a_moment_is_no_cut(frames, one, other):
     assert read([*one[:10], *other[:frames], *one[10:]]) == (20 + frames, 0)
 
 
+def test_a_second_may_have_more_pictures(rng, one):
+    other = shown(scene(rng), 2 * PATIENCE, rng)
+    for frames, beyond in ((2 * PATIENCE - 1, 0), (2 * PATIENCE, 2 * PATIENCE)):
+        shot = Shot([*one, *other[:frames], *one], patience=2 * PATIENCE)
+        assert sum(1 for _ in shot) == (20 + frames if beyond else 40 + frames)
+        assert shot.beyond == beyond
+
+
 def test_who_passes_close_to_the_camera_makes_no_cut(rng, one):
     film, coat = [*one, *one[::-1], *one], scene(rng)
     for t, image in enumerate(film[20:40]):
