@@ -95,7 +95,7 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
     film = replace(track, times=track.times * rate)
     track = evened(film)
     run = runs(track)
-    strides, leg = strides_of(track, run), None if known is None else known.leg(track)
+    strides, leg = strides_of(track, run), None if known is None else known.leg(film)
     gait = Gait((), strides, rate, "run" if run else "walk", goes_backwards(track), leg)
     if not any(strides[side].sound for side in SIDES):
         return gait
@@ -154,8 +154,7 @@ def _ranges(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
         if found := _of_legs(track, strides, joint, _range):
             yield Measure.of(f"{joint} range", "deg", found)
     if TRUNK in track.figure.freedoms:
-        either = Measure.of("", "", each(strides, lambda s: _range(track, TRUNK, s)))
-        yield Measure(f"{TRUNK} range", "deg", both=either.both)
+        yield Measure.common(f"{TRUNK} range", "deg", each(strides, lambda s: _range(track, TRUNK, s)))
 
 
 def turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:

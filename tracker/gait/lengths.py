@@ -76,7 +76,7 @@ def lengths(track: Track, strides: Mapping[Side, Strides], leg: float | None) ->
     yield Measure.of("step length", unit, of_steps)
     yield whole
     speeds = {side: [_speed(track, s, long) for s in strides[side].sound] for side in SIDES}
-    yield Measure("speed", f"{unit}/s", both=Measure.of("", "", speeds).both)
+    yield Measure.common("speed", f"{unit}/s", speeds)
 
 
 def _speed(track: Track, stride: Stride, long: float) -> Sample:

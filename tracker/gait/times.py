@@ -17,10 +17,10 @@ STANCE, SWING, DOUBLE = CONTACT = ("stance share", "swing share", "double suppor
 
 def times(track: Track, strides: Mapping[Side, Strides], runs: bool) -> Iterator[Measure]:
     """All measures of time, including those without a value."""
-    stride = Measure.of(STRIDE, "s", each(strides, lambda s: span(track, s.strike, s.end)))
-    stances = each(strides, _stance)
-    yield Measure("cadence", "steps/min", both=_cadence(stride.both))
-    yield replace(stride, symmetry=None)  # both legs have the same
+    spans = each(strides, lambda s: span(track, s.strike, s.end))
+    both, stances = Measure.common(STRIDE, "s", spans).both, each(strides, _stance)
+    yield Measure("cadence", "steps/min", both=_cadence(both))
+    yield replace(Measure.of(STRIDE, "s", spans), both=both, symmetry=None)  # both legs have the same
     of_steps = {side: [span(track, strike, s.end) for s, strike in steps(strides, side)] for side in SIDES}
     yield Measure.of("step time", "s", of_steps)
     yield Measure.of(STANCE, "%", stances)
@@ -30,8 +30,7 @@ def times(track: Track, strides: Mapping[Side, Strides], runs: bool) -> Iterator
     if runs:
         yield Measure.of("flight time", "s", {side: list(_flights(track, strides, side)) for side in SIDES})
     else:
-        both = Measure.of(DOUBLE, "%", {side: list(_together(strides, side)) for side in SIDES}).both
-        yield Measure(DOUBLE, "%", both=both)
+        yield Measure.common(DOUBLE, "%", {side: list(_together(strides, side)) for side in SIDES})
 
 
 def span(track: Track, start: Event, end: Event) -> Sample:

@@ -2,8 +2,9 @@
 
 A standard error combines in quadrature the independent errors of strides and the error that all strides of
 the clip share. The former is the spread of the strides, or their measurement error if that is larger. A
-figure of both legs is the mean of the two, with fully correlated errors. In symmetry only independent errors
-count.
+figure of both legs is the mean of the two, with fully correlated errors. What is no leg's own, such as speed,
+is the mean over the strides of both legs, of which each shares half of its time, and of its error, with the
+next. In symmetry only independent errors count.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -66,6 +67,13 @@ class Measure:
         return cls(name, unit, near, far, _both(near, far), _symmetry(near, far))
 
     @classmethod
+    def common(cls, name: str, unit: str, samples: Samples) -> "Measure":
+        """A figure that is of no leg, from the strides of both."""
+        near, far = (len(samples[side]) for side in SIDES)
+        overlaps = max(min(2 * min(near, far), near + far - 1), 0)
+        return cls(name, unit, both=_mean([sample for side in SIDES for sample in samples[side]], overlaps))
+
+    @classmethod
     def of_moments(cls, name: str, unit: str, samples: Samples) -> "Measure":
         measure = cls.of(name, unit, samples)
         return replace(measure, symmetry=_difference(measure.near, measure.far))
@@ -81,12 +89,13 @@ def each(strides: Mapping[Side, Strides], told: Callable[[Stride], Sample]) -> d
     return {side: [told(stride) for stride in strides[side].sound] for side in SIDES}
 
 
-def _mean(samples: Sequence[Sample]) -> Value | None:
+def _mean(samples: Sequence[Sample], overlaps: int = 0) -> Value | None:
+    """The mean; in so many pairs of strides half of the variance is common."""
     if not samples:
         return None
     values, variances, shared = np.array(samples).T
     spread = float(np.var(values, ddof=1)) if len(values) > 1 else 0.0
-    own = max(spread, float(variances.mean())) / len(values)
+    own = max(spread, float(variances.mean())) * (1.0 + overlaps / len(values)) / len(values)
     together = float(shared.mean())
     return Value(float(values.mean()), float(np.sqrt(own + together**2)), len(values), together)
 

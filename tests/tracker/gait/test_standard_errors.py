@@ -8,6 +8,7 @@ import pytest
 from tests.kinematics.figures import WALKER
 from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, bend, posed, stroll, told
 from tracker.gait.figures import gait_of
+from tracker.gait.values import Measure, Sample
 
 
 def test_a_flat_peak_is_timed_less_surely_than_a_sharp_one():
@@ -100,6 +101,23 @@ def test_errors_of_both_legs_and_of_their_symmetry_come_from_the_legs_own():
     by_far = (index(near.mean, far.mean + step) - index(near.mean, far.mean - step)) / (2.0 * step)
     assert found.symmetry.mean == pytest.approx(index(near.mean, far.mean))
     assert found.symmetry.error == pytest.approx(np.hypot(by_near * near.error, by_far * far.error), rel=1e-5)
+
+
+@pytest.mark.parametrize("sides", [("near", "far"), ("near",)])
+def test_strides_of_both_legs_are_windows_that_overlap_by_half(sides, rng):
+    halves = rng.normal(size=(40_000, 8))
+    windows = (halves[:, :-1] + halves[:, 1:]) / np.sqrt(2.0)  # of variance 1; every second is of one leg
+    mine = windows if "far" in sides else windows[:, ::2]
+    samples = {side: [Sample(0.0, 1.0)] * windows[:, n::2].shape[1] for n, side in enumerate(sides)}
+    value = Measure.common("", "", {"near": [], "far": []} | samples).both
+    assert value.count == mine.shape[1]
+    assert value.error == pytest.approx(mine.mean(1).std(), rel=0.02)
+
+
+def test_of_one_stride_a_leg_the_difference_counts_in_what_is_no_legs_own():
+    value = Measure.common("", "", {"near": [Sample(8.8, 1.0)], "far": [Sample(14.0, 1.0)]}).both
+    assert value.mean == pytest.approx(11.4)
+    assert value.error == pytest.approx(np.sqrt(0.75 * np.var([8.8, 14.0], ddof=1)))
 
 
 def test_two_errors_cover_the_truth_as_often_as_they_should_and_are_no_larger_than_they_were(rng):
