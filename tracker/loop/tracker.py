@@ -40,7 +40,8 @@ from tracker.settings import Settings
 ANKLE_KEEP = 0.9  # share of an ankle's angle that is left a frame later, at 30 a second
 BREATH_KEEP = 0.95  # the same for a link's stretch
 ASTRAY = 0.01  # probability a frame, at 30 a second, that the figure is far from its predicted place
-WIDER = 30.0  # factor on the predicted covariance in that case
+WIDER = 30.0  # factor on the predicted covariance in that case,
+WIDEST = 3.0  # and the largest variance that it may give, squared leg lengths or radians
 PRUNE = 15.0  # cost above the best prior's from which a prior is not tried, nats
 WORTH = 8.0  # the same limit for the case of ASTRAY, nats
 
@@ -99,9 +100,10 @@ class Tracker:
         hypothesis, which the templates judge.
         """
         best = belief.at([belief.best])
-        wide = Gaussian(best.states.mean, WIDER * best.states.cov)
+        factor = float(np.clip(WIDEST / np.diagonal(best.states.cov[0]).max(), 1.0, WIDER))
+        wide = Gaussian(best.states.mean, factor * best.states.cov)
         cost = best.cost - np.log(ASTRAY / often(self.slds.fps))
-        astray = replace(best, states=wide, cost=cost, wider=WIDER * best.wider)
+        astray = replace(best, states=wide, cost=cost, wider=factor * best.wider)
         given = self._given(together([belief, astray]), detections)
         foreseen = range(len(belief.cost))
         dear = given.cost[-1] > given.cost[foreseen].min() + WORTH

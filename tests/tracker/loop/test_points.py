@@ -18,7 +18,7 @@ from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import smoothed
-from tracker.loop.tracker import Tracker, make_tracker
+from tracker.loop.tracker import WIDEST, Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.scene.film import render
 from tracker.settings import Settings
@@ -231,6 +231,18 @@ def test_a_figure_as_the_points_have_it_is_tried_only_where_they_are_far_from_al
     if moved > 0.1:
         assert away[-1] < 0.5 * away[:-1].min()
         assert after.s[-1] == belief.s[belief.best]
+
+
+def test_points_that_jump_in_every_frame_make_no_covariance_grow_without_bound(rng):
+    _, tracker, state, _ = begun(rng, name="walk-run")
+    belief, widest = state.belief, []
+    for t in range(12):
+        found = detected(STRIDE + upright(WALKER, root_x=0.8 * (-1.0) ** t))
+        trunk = replace(found, joint=found.joint[:3], pixels=found.pixels[:3])  # nothing is told of the legs
+        belief = tracker.detected(tracker.proposed(belief), trunk)
+        belief = belief.at([belief.best])
+        widest.append(np.diagonal(belief.states.cov[0]).max())
+    assert 1.0 < max(widest) < 2.0 * WIDEST
 
 
 def test_templates_that_match_where_hardly_a_point_is_lie_on_something_else(rng, monkeypatch):
