@@ -8,12 +8,15 @@ that the templates define, by damped Gauss-Newton steps on coarse and then on fi
 E as in `tracker.registration.objective`. In the full mode each link and channel has its own brightness
 offset, every point a robust (Cauchy) weight, nearer links hide farther ones, and the climb includes the prior
 of the whole pose; the classic mode (`tracker.registration.modes`) is the papers'. The results are E at the
-mode and the linearisation of E alone there, so that the filter adds the prior once.
+mode and the linearisation of E alone there, so that the filter adds the prior once. Links behind something of
+the scene have no part in the linearisation: a shrub may match trousers by chance.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, Ints
 from kinematics.spm import joints, surface
 from tracker.picture.pyramid import within
 from tracker.registration.chain_rule import descend
@@ -26,6 +29,7 @@ STEP = 0.1  # grid of the search for the root, leg lengths; within the reach of 
 SPREADS = 2.0  # its range either way, standard deviations of the root
 FARTHEST = np.array([1.5, 0.3])  # its largest range along and up, leg lengths
 SEEN = 0.5  # least share of joints in the picture
+BETTER = 0.25  # how much better the scene explains a link that tells nothing, units of rho / 2
 
 
 def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Registration:
@@ -39,8 +43,9 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Regist
         objective = Objective(field, number)
         fit = _climb(objective, q, lean)
         q = fit.q
+    templates, fit = field.templates, _without_bare(fit, field.templates.link)
     cost, information, gradient = objective.linearised(fit)
-    laid, templates = fit.laid, field.templates
+    laid = fit.laid
     places = surface(fit.bones, templates.link, templates.along, templates.across)
     return Registration(
         q=q,
@@ -54,6 +59,18 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Regist
         inside=laid.inside.mean(1),
         pixels=field.view.to_pixels(places),
     )
+
+
+def _without_bare(fit: Fit, link: Ints) -> Fit:
+    """The fit without what it tells of links that are out of sight, as the scene explains the picture better
+    there than their templates do; `link` (P,) is that of each point.
+
+    The climb still uses it, for a link that was predicted beside its place must find it.
+    """
+    laid = fit.laid
+    seen = np.clip(1.0 - laid.bare / BETTER, 0.0, 1.0)
+    moments, pull = seen[..., None, None] * laid.moments, seen[..., None] * laid.pull
+    return replace(fit, laid=laid._replace(moments=moments, pull=pull, match=seen[:, link] * laid.match))
 
 
 def scan(field: Field, poses: Array) -> Array:

@@ -37,6 +37,7 @@ def room(links: tuple[int, ...], P: int) -> Laid:
         moments=np.empty((H, L, WAYS, WAYS)),
         pull=np.empty((H, L, WAYS)),
         cost=np.empty(H),
+        bare=np.zeros((H, L)),
         mean=np.empty(H),
         shown=np.empty(H),
         match=np.empty((H, P)),
@@ -98,6 +99,7 @@ def _fill(
                 mean, fair = _faded(loss / weight, noise)
                 loss = weight * mean
             laid.cost[h] += loss
+            laid.bare[h, i] = _bare(row, n, noise)
             for k in range(n):
                 laid.cost[h] -= row.place[2, k] * row.differs[k]
                 clear += row.clear[k]
@@ -118,6 +120,19 @@ def _faded(loss: float, noise: Noise) -> tuple[float, float]:
         return loss, 1.0
     left = max(none - loss, 0.0)
     return 0.5 * (full + none) - 0.5 * left * left / (none - full), left / (none - full)
+
+
+@PART
+def _bare(row: Row, n: int, noise: Noise) -> float:
+    """How much better the scene explains a link than the template does where the scene is shown: the mean
+    over its inner points, in units of rho / 2."""
+    inner, better = 0.0, 0.0
+    for k in range(n):
+        if row.place[2, k] == 1.0:
+            inner += 1.0
+            if row.differs[k] < noise.alike:
+                better += 0.5 * noise.scale * np.log1p(row.excess[k]) - row.differs[k]
+    return better / max(inner, 1.0)
 
 
 @PART

@@ -27,7 +27,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, Ints
 from kinematics.spm import Skeleton
-from tracker.picture.backdrop import NOISE, UNKNOWN
+from tracker.picture.backdrop import ALIKE, NOISE, UNKNOWN
 from tracker.registration.chain_rule import laid_out, weighed
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay, room
@@ -76,6 +76,7 @@ class Objective:
             layered=mode.layered,
             margin=hiding(field.levels[number], field.view, settings),
             covered=mode.covered,
+            alike=ALIKE + float(np.log(NOISE / settings.noise)) if mode.layered else -np.inf,
         )
         # Nats for a point of weight 1; on coarse blurs each used point stands for several.
         nats = float(settings.tempering * len(field.templates.link) / len(self.points.along))

@@ -61,7 +61,8 @@ class Noise(NamedTuple):
     squared scale of the robust weight in units of the noise, inf for squared loss; mean loss from which a
     link is out of sight, and up to which it is in full sight; number of points below which a link has no
     offset of its own; whether nearer links hide farther ones, and how far beyond their outline, leg lengths;
-    prior odds that something which looks like the scene without the figure covers a point."""
+    prior odds that something which looks like the scene without the figure covers a point; difference from
+    the scene below which a point shows it."""
 
     variance: float
     light: float
@@ -72,6 +73,7 @@ class Noise(NamedTuple):
     layered: bool
     margin: float
     covered: float
+    alike: float
 
 
 class Row(NamedTuple):
@@ -102,6 +104,8 @@ class Laid(NamedTuple):
     moments  : (H, L, 5, 5) sum of weight * match * f f'
     pull     : (H, L, 5) sum of weight * match * f residual
     cost     : (H,) sum of weight * loss over the visible points, faded link by link, less weight * differs
+    bare     : (H, L) how much better the scene explains the link's inner points than the template, where they
+               show it: mean over all of them, in units of rho / 2
     mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise;
                minus the log of the mixture of two likelihoods where the scene may cover a point
     shown    : (H,) share of the points within the links' outlines that are visible and not covered
@@ -113,6 +117,7 @@ class Laid(NamedTuple):
     moments: Array
     pull: Array
     cost: Array
+    bare: Array
     mean: Array
     shown: Array
     match: Array

@@ -21,8 +21,9 @@ ROBUST = Noise(
     layered=True,
     margin=0.02,
     covered=0.1,
+    alike=0.8,
 )
-PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0, covered=0.0)
+PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0, covered=0.0, alike=-np.inf)
 ANYTHING = np.ones((1, 1), np.float32)
 NOTHING = np.zeros((1, 1, 3), np.float32)  # a picture still to be put in
 NOWHERE = Picture(NOTHING, 0.0, 0.0, 1.0, 1.0, ANYTHING, ANYTHING, 1.0, 1 << 30, 0.0, 0.0, 1)
@@ -124,6 +125,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
         around[p] = behind.around[row, column]
 
     L, cost = len(figure.links), 0.0
+    bare = np.zeros(L)
     offset, match = np.zeros((L, 3)), visible.astype(float)
     moments, pull = np.zeros((L, 5, 5)), np.zeros((L, 5))
     loss, covered = np.zeros(P), np.zeros(P)
@@ -140,6 +142,9 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
         if np.isfinite(noise.scale):
             match[own] = 1.0 / (1.0 + square / noise.scale)
             loss[own] = 0.5 * noise.scale * np.log(1.0 + square / noise.scale)
+        within = own[points.weight[own] == 1.0]
+        scene = within[differing[within] < noise.alike]
+        bare[i] = (loss[scene] - differing[scene]).sum() / max(len(within), 1)
         for p in own[(around[own] < behind.unknown) & (noise.covered > 0.0)]:
             # The figure's likelihood of three channels mixed with the scene's.
             shown, scene = -3.0 * loss[p], np.log(noise.covered) - 3.0 * around[p]
@@ -166,6 +171,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
         moments=moments,
         pull=pull,
         cost=cost,
+        bare=bare,
         mean=mean,
         shown=(1.0 - covered[inner & visible]).sum() / max(inner.sum(), 1),
         match=match,
@@ -181,7 +187,7 @@ def check(figure, poses, points, planes, noise, view=VIEW, behind=NOWHERE):
         want = twin(figure, q, points, planes, noise, view, behind)
         assert_array_equal(found.inside[h], want.inside)
         assert_array_equal(found.match[h] > 0, want.match > 0)
-        for name in ("cost", "mean", "shown", "match", "offset"):
+        for name in ("cost", "bare", "mean", "shown", "match", "offset"):
             assert_allclose(getattr(found, name)[h], getattr(want, name), **SINGLE, err_msg=name)
         for name in ("moments", "pull"):
             value, close = getattr(want, name), getattr(found, name)[h]

@@ -13,7 +13,7 @@ from tests.oracles import central_difference
 from tests.tracker.painted import CLASSIC, FULL, SIZE, VIEW, placed
 from tracker.picture.backdrop import NOISE, UNKNOWN, Scenery
 from tracker.picture.pyramid import Level, sample
-from tracker.registration.align import align
+from tracker.registration.align import BETTER, align
 from tracker.registration.field import Field
 from tracker.registration.modes import mode_of
 from tracker.registration.objective import IN_SIGHT, OUT_OF_SIGHT, Objective
@@ -186,7 +186,14 @@ def test_what_is_handed_on_is_the_function_at_the_mode_and_the_climb_has_lowered
     before, _, _ = objective.linearised(objective.compare(priors.mean))
     found = align(alone, priors)
     fit = objective.compare(np.stack([r.q for r in found]))
-    cost, information, gradient = objective.linearised(fit)
+    cost, *whole = objective.linearised(fit)
+    seen = np.clip(1.0 - fit.laid.bare / BETTER, 0.0, 1.0)  # of links that the scene explains better
+    assert (seen < 1.0).any()
+    assert (seen > 0.0).any()
+    moments, pull = np.einsum("hl,hlij->hlij", seen, fit.laid.moments), seen[..., None] * fit.laid.pull
+    some = replace(fit, laid=fit.laid._replace(moments=moments, pull=pull))
+    _, information, gradient = objective.linearised(some)
+    assert not np.allclose(information, whole[0])
     assert_allclose([r.cost for r in found], 0.4 * cost, rtol=1e-9)
     assert_allclose([r.misfit for r in found], fit.laid.mean, rtol=1e-9)
     assert_allclose([r.shown for r in found], fit.laid.shown, rtol=1e-9)
