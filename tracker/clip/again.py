@@ -11,13 +11,11 @@ from kinematics.recover import Start
 from kinematics.text_file import read_json
 from tracker.clip.asked import marks_in
 from tracker.clip.job import Facing, Following, Found, Job, Nearer
-from tracker.run.read import NEWS, News, RunError, read_news
+from tracker.run.read import NEWS, START, News, RunError, read_news
 from tracker.run.track import Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import Marks
 from videos.frames import files_of
-
-START = "start.keypoints.csv"  # in a run's folder: the marks that the track passes through
 
 
 class _Film(BaseModel):

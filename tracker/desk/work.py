@@ -18,7 +18,7 @@ from pydantic import BaseModel, Field
 
 from tracker.foreign.export import FORMATS
 from tracker.run.folder import FolderError
-from tracker.run.read import REPORT, News, RunError, read_news
+from tracker.run.read import REPORT, START, News, RunError, read_news
 from tracker.tables.keypoints import number_marked
 from tracker.tables.table import by_column, read_lines
 from videos.frames import films_in
@@ -75,7 +75,15 @@ class Film:
         if news is None:
             return None
         report = (self.run / REPORT).exists()
-        return {"headline": news.headline, "warnings": news.warnings, "report": report}
+        how = {"facing": news.facing, "height": news.height, "corrected": self._corrected(news)}
+        return {"headline": news.headline, "warnings": news.warnings, "report": report} | how
+
+    def _corrected(self, news: News) -> int:
+        """In how many frames the run passes through marks that are neither found nor beside the film."""
+        ours = _places(self.run / START) if news.options.get("anchors") else set()
+        frames = {mark[0] for mark in ours} & {mark[0] for mark in ours ^ _places(self.marks)}
+        began = news.start if isinstance(news.start, dict) and news.start.get("marks") == "found" else {}
+        return sum(frame != began.get("frame") for frame in frames)
 
     def _news(self) -> News | None:
         with suppress(RunError, OSError):
@@ -219,9 +227,26 @@ class Work:
 
 def _people(table: Path) -> list[dict[str, str]] | None:
     """The people found, None before a search."""
+    rows = _rows(table)
+    return rows and [{name: row.get(name, "") for name in TOLD} for row in rows]
+
+
+def _places(table: Path) -> set[tuple[float | str, ...]]:
+    """Frame, place, joint and visibility of each mark in a table; none if it cannot be read."""
+    with suppress(LookupError, ValueError):
+        rows = [row for row in _rows(table) or () if row["x"]]
+        numbers = [[float(row[name]) for name in ("frame", "x", "y")] for row in rows]
+        return {
+            (*n, row["keypoint"], row.get("visible") or "1") for n, row in zip(numbers, rows, strict=True)
+        }
+    return set()
+
+
+def _rows(table: Path) -> list[dict[str, str]] | None:
+    """The rows of a table by column, None if it cannot be read."""
     with suppress(OSError, ValueError, csv.Error):
         (_, header), *rows = read_lines(table)
-        return [{name: by_column(header, cells).get(name, "") for name in TOLD} for _, cells in rows]
+        return [by_column(header, cells) for _, cells in rows]
     return None
 
 

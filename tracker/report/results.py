@@ -6,13 +6,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tracker import __version__
-from tracker.clip.again import START, film_told
+from tracker.clip.again import film_told
 from tracker.clip.follow import Run
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter, headline
 from tracker.report.drawing import write_film, write_overlay
 from tracker.report.page import linked, write_report
-from tracker.run.read import FILM, NEWS, OVERLAY, REPORT
+from tracker.run.read import FILM, NEWS, OVERLAY, REPORT, START
 from tracker.run.write import write_tables
 from tracker.tables.keypoints import write_marks
 from videos.playable import Playable

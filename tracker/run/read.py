@@ -20,6 +20,7 @@ from tracker.run.track import Track
 from tracker.run.write import ROWS, VERSION, whole_times
 
 NEWS, OVERLAY, REPORT, FILM = "run.json", "overlay.mp4", "report.html", "film.mp4"
+START = "start.keypoints.csv"  # the marks that the track passes through
 RUN_FILES = (NEWS, "keypoints.csv", "pose.csv", "track.npz", "gait.json", OVERLAY)
 
 
@@ -46,6 +47,7 @@ class News(BaseModel, allow_inf_nan=False):
     warnings: list[str] = []
     headline: str = ""
     job: str = ""
+    start: Any = None
     options: dict[str, Any] = {}
 
 

@@ -8,7 +8,7 @@ CLIP = bytes(range(256)) * 40
 def a_run(folder, **news):
     """A run's folder as far as the desk reads it."""
     run = folder / "walk-track"
-    run.mkdir()
+    run.mkdir(exist_ok=True)
     told = {"figtrack": "0", "video": "walk.mp4", "fps": 25, "frames": 27, "facing": "right"}
     (run / "run.json").write_text(json.dumps(told | news))
     (run / "report.html").write_text("<p>a report")

@@ -21,7 +21,28 @@ def test_a_film_is_shown_with_what_was_made_of_it(client, folder):
     (film,) = state(client)["films"]
     assert film["marked"]
     assert [(one["person"], one["facing"], one["motion"]) for one in film["people"]] == [("1", "left", "")]
-    assert film["run"] == {"headline": "Walks.", "warnings": ["dark"], "report": True}
+    run = {"headline": "Walks.", "warnings": ["dark"], "report": True}
+    assert film["run"] == run | {"facing": "right", "height": None, "corrected": 0}
+
+
+@pytest.mark.parametrize(("marks", "corrected"), [("given", 2), ("found", 1)])
+def test_a_run_tells_in_how_many_frames_it_was_corrected_by_hand(client, folder, marks, corrected):
+    run = a_run(folder, options={"anchors": True}, start={"frame": 3, "marks": marks})
+    beside, row = folder / "walk.keypoints.csv", "{},hip,1,{},1\n".format
+    (run / "start.keypoints.csv").write_text("frame,keypoint,x,y,visible\n" + row(3, 1) + row(7, 2))
+
+    def told():
+        return state(client)["films"][0]["run"]["corrected"]
+
+    assert told() == corrected
+    beside.write_text("frame,keypoint,y,x\n3,hip,1.0,1\n7,hip,2,1\n9,hip,2,1\n")
+    assert told() == 0
+    beside.write_text("frame,keypoint,y,x\n3,hip,1,1\n7,hip,2,1\n7,neck,2,1\n")
+    assert told() == 1
+    a_run(folder, options={"anchors": True}, start=3)  # as before version 0.2
+    assert told() == 1
+    a_run(folder, options={"anchors": False})
+    assert told() == 0
 
 
 def test_a_damaged_table_of_people_does_not_stop_the_page(client, folder):

@@ -107,6 +107,25 @@ def test_a_height_that_is_no_number_starts_nothing(browser, client):
     assert state(client)["films"][0]["work"] is None
 
 
+def test_a_run_fills_the_fields_and_what_was_corrected_by_hand_goes_only_when_told(browser, client, folder):
+    run = a_run(folder, height=1.7, options={"anchors": True}, start={})
+    (run / "start.keypoints.csv").write_text("frame,keypoint,x,y\n3,hip,1,1\n")
+    (folder / "walk.mp4").write_bytes(b"no film")
+    browser.open(client.address)
+    assert browser.each(".facing, .height", "one.value") == ["right", "1.7"]
+    browser.value("window.confirm = (words) => { window.asked = words; return false; }; 0")
+    browser.push("[data-command=track]")
+    assert browser.value("window.asked") == (
+        "This run was corrected by hand in 1 frame. Follow again without the corrections?"
+    )
+    assert state(client)["films"][0]["work"] is None
+    browser.value("window.confirm = () => true; 0")
+    browser.push("[data-command=track]")
+    browser.wait("document.querySelector('.said p.fault')")
+    browser.open("about:blank")
+    browser.errors.clear()  # there is no picture of what is no film
+
+
 def test_the_program_has_ended_only_where_it_does_not_answer(browser, client, folder, monkeypatch):
     browser.open(client.address)
     with monkeypatch.context() as broken:

@@ -75,6 +75,14 @@ function showWork(card, work) {
   renew($(".said", box), told, (line) => element("p", kind(line), line));
 }
 
+// Fill the fields with what the run was followed with, once for every run.
+function fill(card, { facing, height }) {
+  const key = JSON.stringify([facing, height]);
+  if (card.dataset.filled === key) return;
+  card.dataset.filled = key;
+  [$(".facing", card).value, $(".height", card).value] = [facing, height ?? ""];
+}
+
 function show(card, film) {
   const busy = film.work !== null && film.work.status === null;
   renew($(".headline", card), film.run ? [film.run.headline || "Followed; too short for gait figures."] : []);
@@ -85,6 +93,8 @@ function show(card, film) {
     const needs = ["correct", "export"].includes(button.dataset.command);
     button.disabled = busy || (needs && !film.run);
   }
+  card.dataset.corrected = film.run?.corrected ?? 0;
+  if (film.run) fill(card, film.run);
   $("[data-command=track]", card).textContent = film.run ? "Follow again" : "Follow";
   $(".report", card).hidden = !film.run?.report;
   const found = $(".found", card);
@@ -109,13 +119,18 @@ function begun(film, formats) {
   for (const button of card.querySelectorAll("[data-command]")) {
     button.addEventListener("click", () => start(card, film.name, button.dataset.command));
   }
+  $(".person", card).addEventListener("change", () => { $(".facing", card).value = ""; }); // another may face otherwise
   $(".stop", card).addEventListener("click", () => act(card, "stop", { film: film.name }));
   return card;
 }
 
+const keeps = (frames) =>
+  `This run was corrected by hand in ${frames} ${frames === "1" ? "frame" : "frames"}. Follow again without the corrections?`;
+
 function start(card, name, command) {
+  const { corrected } = card.dataset;
   if ($(".height", card).validity.badInput) complain(card, "The height is no number of metres; write it as 1.75.");
-  else act(card, "start", request(card, name, command));
+  else if (command !== "track" || corrected === "0" || confirm(keeps(corrected))) act(card, "start", request(card, name, command));
 }
 
 function complain(card, line) {
