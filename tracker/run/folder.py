@@ -8,22 +8,24 @@ from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
 from stat import S_IMODE
+from typing import Any
 
 from kinematics.text_file import read_json
+from tracker.run.read import FILM, REPORT, RUN_FILES, START
 
 try:
     import fcntl
 except ImportError:  # Windows, where leftovers are not removed
     fcntl = None  # type: ignore[assignment]
 
-# The file that a complete run writes last, and a key by which it is recognised.
-MARKERS = {
-    "run.json": "figtrack",
-    "compare.json": "models",
-    "demo.json": "figtrack",
-    "reproduce.json": "figtrack",
-}
 CORRECTED = "corrected.keypoints.csv"  # in a run's folder: corrected marks, not yet followed
+# The file that a complete run writes last, a key by which it is recognised, and the other results beside it.
+MARKERS = {
+    "run.json": ("figtrack", {*RUN_FILES, START, REPORT, FILM, CORRECTED}),
+    "compare.json": ("models", {"errors.png", "failure.png", REPORT, FILM}),
+    "demo.json": ("figtrack", {"walk.mp4", "walk.keypoints.csv", "demo.mp4", "demo.LICENSE.txt"}),
+    "reproduce.json": ("figtrack", {"reproduce.html"}),
+}
 PART, DRAWN = ".part", 8  # ending of temporary folders, and number of random letters before it
 LOCK = "lock"  # file in a temporary folder, locked by its process; the system unlocks it when that ends
 
@@ -34,13 +36,19 @@ class FolderError(Exception):
 
 def holds_run(path: Path) -> bool:
     """Whether this folder holds complete results of a figtrack command."""
-    for name, key in MARKERS.items():
+    return bool(_markers(path))
+
+
+def _markers(path: Path) -> dict[str, dict[str, Any]]:
+    """The contents of the markers in a folder by their names."""
+    found = {}
+    for name, (key, _) in MARKERS.items():
         # run.json may be missing, or another program's: binary or no JSON object.
         with suppress(OSError, ValueError, RecursionError):
             news = read_json(path / name)
             if isinstance(news, dict) and key in news:
-                return True
-    return False
+                found[name] = news
+    return found
 
 
 @contextmanager
@@ -53,6 +61,8 @@ def fresh_folder(
     corrected: bool = False,
 ) -> Iterator[Path]:
     """A new folder to write into, which becomes `path` when the block succeeds and is removed when it fails.
+
+    What a replaced run's folder holds beside its results is in the new one too.
 
     Args:
         path: the final place; a link is followed.
@@ -233,6 +243,8 @@ def _exchange(new: Path, place: Path, old: Path) -> None:
     try:
         if place.exists():
             new.chmod(S_IMODE(place.stat().st_mode))
+            if holds_run(place):
+                _carry(place, new)
             place.rename(old)
         new.rename(place)
     except BaseException as error:
@@ -243,6 +255,41 @@ def _exchange(new: Path, place: Path, old: Path) -> None:
                 f"cannot put the results at {place} ({error.strerror}); choose another --out"
             ) from error
         raise
+
+
+def _carry(place: Path, new: Path) -> None:
+    """Link into the new folder what lies beside the results; all stays in `place`, so nothing can be lost."""
+    results = _results(place)
+
+    def ours(folder: str, names: list[str]) -> list[str]:
+        return [name for name in names if Path(folder, name) in results]
+
+    try:
+        shutil.copytree(place, new, symlinks=True, ignore=ours, copy_function=_link, dirs_exist_ok=True)
+    except shutil.Error as error:
+        (kept, *_, reason), *_ = error.args[0]
+        raise FolderError(f"{kept} cannot be kept beside the new results ({reason}); move it away") from error
+
+
+def _link(source: str, target: str) -> None:
+    try:
+        os.link(source, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        shutil.copy2(source, target)
+
+
+def _results(folder: Path) -> set[Path]:
+    """What a command wrote into a folder and into those of its runs, which count where nothing else is."""
+    told = _markers(folder)
+    models = told.get("compare.json", {}).get("models")
+    runs = {*(models if isinstance(models, dict) else ()), *["demo-track"] * ("demo.json" in told)}
+    found = {folder / name for marker in told for name in (marker, *MARKERS[marker][1])}
+    for run in (each for each in folder.iterdir() if each.name in runs and each.is_dir()):
+        found |= _results(run)
+        found |= {run} if found.issuperset(run.iterdir()) else set()
+    return found
 
 
 def _real(path: Path) -> Path:

@@ -1,5 +1,6 @@
 """The demo on few frames: the whole of it, but short."""
 
+import shutil
 from contextlib import redirect_stderr
 from io import StringIO
 
@@ -10,6 +11,7 @@ from tests.tracker.clips import read_json
 from tracker.cli import demo
 from tracker.cli.demo import write_scene
 from tracker.progress import Progress
+from tracker.run.folder import fresh_folder
 from tracker.scene.film import render
 from tracker.tables.keypoints import KEYPOINTS, read_keypoints
 from videos.frames import Video
@@ -41,6 +43,13 @@ def test_a_demo_tells_of_every_picture_and_leaves_the_clip_its_truth_and_a_compa
     assert table.splitlines()[1].startswith("cv")
     assert read_json(out / "demo.json")["seed"] == 2
     assert read_json(out / "compare.json")["models"]["cv"]["truth_frames"] == FEW - 1
+
+
+def test_all_that_it_leaves_goes_when_it_is_replaced(done, tmp_path):
+    copy = shutil.copytree(done[0], tmp_path / "out")
+    with fresh_folder(copy, overwrite=True) as aside:
+        (aside / "new").touch()
+    assert [path.name for path in copy.iterdir()] == ["new"]
 
 
 def test_its_results_name_the_clip_where_it_came_to_lie_and_say_that_it_is_rendered(done):

@@ -9,23 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.tracker.clips import everything
+from tests.tracker.run.folders import complete_run, names, write_run_into
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
-
-
-def complete_run(path):
-    path.mkdir(parents=True)
-    (path / "run.json").write_text('{"figtrack": "0"}')
-    (path / "pose.csv").write_text("old")
-
-
-def write_run_into(path, *, overwrite=False, inputs=(), text="new", meanwhile=None, failure=None):
-    with fresh_folder(path, overwrite=overwrite, inputs=inputs) as aside:
-        (aside / "run.json").write_text('{"figtrack": "0"}')
-        if meanwhile is not None:
-            meanwhile()
-        if failure is not None:
-            raise failure
-        (aside / "pose.csv").write_text(text)
 
 
 def write_file_into(path, *, overwrite=False, failure=None):
@@ -33,10 +18,6 @@ def write_file_into(path, *, overwrite=False, failure=None):
         aside.write_text("new")
         if failure is not None:
             raise failure
-
-
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 def test_a_folder_has_its_name_only_when_it_is_complete(tmp_path):
