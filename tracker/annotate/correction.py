@@ -113,6 +113,7 @@ class Correction(Session):
                 write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
                 self._check_same()
             self.saved = True
+            self.revision += 1
             self._read()
             self.table = self._table()
             frames = counted(len(job.marks), "frame")

@@ -21,6 +21,7 @@ from tracker.annotate.loopback import RefusalError
 from tracker.annotate.marks import Table
 from tracker.clip.job import Facing, towards
 from tracker.clip.start import facing_at, objections, outside
+from tracker.run.folder import FolderError
 from tracker.tables.keypoints import Mark, Marks, points
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ class MarksRequest(BaseModel, extra="forbid"):
 
     facing : as chosen on the page, None for no choice
     frame  : the frame on the page
+    revision : of the marks that the page began with or last saved, None for any
     close  : whether to end the session, unless something is wrong
     anyway : whether to continue even if something is wrong
     """
@@ -54,6 +56,7 @@ class MarksRequest(BaseModel, extra="forbid"):
     frames: dict[Index, dict[str, Placed]]
     facing: Facing | None = None
     frame: Index = 0
+    revision: int | None = None
     close: bool = False
     anyway: bool = False
 
@@ -77,6 +80,7 @@ class Session:
 
     command : that opens the page
     saved   : whether anything was saved
+    revision : number of times that marks or facing changed here
     """
 
     command = "annotate"
@@ -90,7 +94,7 @@ class Session:
         """
         self.video, self.table, self.facing = video, table, facing
         self.taken: Taken | None = None
-        self.saved = False
+        self.saved, self.revision = False, 0
         self._frames = Frames(video)
         self._name, self._figure = figure, table.figure
         self._lock = RLock()
@@ -113,6 +117,7 @@ class Session:
             "frame": self.frame(self._shown),
             "fps": self._frames.fps,
             "facing": side(self.facing),
+            "revision": self.revision,
             "taken": taken and {"frame": taken.frame, "marks": told(taken.marks), "told": taken.told},
         }
 
@@ -139,10 +144,16 @@ class Session:
         nothing was written."""
         changed = {frame: self._marks(marks) for frame, marks in request.frames.items()}
         with self._lock:
+            if request.revision not in (None, self.revision):
+                raise FolderError(
+                    "marks were saved in another tab meanwhile; reload this page and mark again"
+                )
             if changed or not self.table.marks:
                 self.table.save(changed)
                 self.saved, self.taken = True, None  # else a reloaded page would show the suggestion again
-            self.facing = towards(request.facing) or self.facing
+            facing = towards(request.facing) or self.facing
+            self.revision += bool(changed) or facing != self.facing
+            self.facing = facing
             wrong = self._wrong(set(changed) | {self._start()})
         closed = request.close and (request.anyway or not wrong)
         return {
@@ -150,6 +161,7 @@ class Session:
             "frames": len(self.table.marks),
             "wrong": wrong,
             "closed": closed,
+            "revision": self.revision,
             "next": self.next_command(),
         }
 

@@ -113,6 +113,8 @@ def test_a_run_that_was_replaced_meanwhile_is_not_replaced_again(run):
     one.work(1.0)
     assert "Followed again" in one.opening()["run"]["told"]
     assert one.saved
+    with pytest.raises(FolderError, match="saved in another tab meanwhile"):
+        one.save(moved(one, 12).model_copy(update={"revision": 1}))
     for act in (other.save, other.follow):
         with pytest.raises(FolderError, match="was replaced since it was opened here; open it again"):
             act(request)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from tests.tracker.annotate.clients import running
-from tests.tracker.annotate.pages import Page, near, session_page
+from tests.tracker.annotate.pages import SAVED, Page, near, session_page
 from tests.tracker.clips import succeeds, write_table
+from tracker.annotate.session import MarksRequest, Placed
 from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
 
@@ -121,6 +122,25 @@ def test_nothing_sticks_out_and_words_stand_out_from_what_is_behind_them(browser
 def test_every_control_has_a_name(page, browser):
     named = "one.ariaLabel || one.textContent.trim() || one.labels?.length ? '' : one.outerHTML"
     assert not any(browser.each("button, input, [role=application], [role=group], section", named))
+
+
+def test_what_another_tab_saved_is_not_overwritten_and_the_marks_stay(page, browser, table, truth):
+    page.click(*truth["head_top"])
+    page.server.session.save(MarksRequest(frames={0: {"hip": Placed(x=1, y=2)}}))
+    browser.push("#save")
+    browser.wait("document.querySelector('#saved').textContent.includes('saved in another tab')")
+    assert list(page.points()) == ["head_top"]
+    assert read_keypoints(table)[0].keys() == {"hip"}
+    browser.errors.clear()
+
+
+def test_of_two_saves_at_once_neither_is_taken_for_another_tabs(page, browser, truth):
+    page.click(*truth["head_top"])
+    browser.value("document.querySelector('#save').click(); document.querySelector('#save').click()")
+    browser.wait(
+        "performance.getEntriesByType('resource').filter((one) => /save$/.test(one.name)).length > 1"
+    )
+    browser.wait(SAVED)
 
 
 def test_a_server_that_is_gone_is_said_and_the_marks_stay(browser, clip, table, truth):

@@ -116,6 +116,18 @@ def test_a_save_that_cannot_be_done_says_why_and_the_session_goes_on(client, tab
     assert client.thread.is_alive()
 
 
+def test_a_save_of_a_page_that_does_not_know_the_last_one_is_refused(client, table):
+    assert client.opening()["revision"] == 0
+    first = {"frames": {"0": told(GOOD)}, "revision": 0}
+    assert client.post("save", first)[1]["revision"] == 1
+    before = table.read_bytes()
+    for late in ({"frames": {"0": told(without("hip"))}}, {"frames": {}, "facing": "left"}):
+        status, reply = client.post("save", late | {"revision": 0})
+        assert (status, "saved in another tab meanwhile; reload" in reply["error"]) == (409, True)
+    assert table.read_bytes() == before
+    assert client.post("save", {"frames": {}, "facing": "left", "revision": 1})[1]["revision"] == 2
+
+
 def test_a_full_disk_is_said(client, monkeypatch, table):
     def full(self, content):
         raise OSError(28, "No space left on device")

@@ -22,13 +22,21 @@ function unsaved() {
   return Object.keys(marks.changed()).length + Number(facing !== savedFacing);
 }
 
+/** One after another, as each needs the revision that the one before came to. */
+function send(what, more) {
+  const sent = sending.then(() => sendChanges(what, more));
+  sending = sent.catch(() => {});
+  return sent;
+}
+
 /** Send what changed, and let the page know what is saved. */
-async function send(what, more) {
+async function sendChanges(what, more) {
   const frames = marks.changed();
   clearTimeout(timer); // the server may have ended by then
   say("Saving …");
   const sent = facing; // facing may change before the answer
-  const reply = await ask(what, { frames, facing: sent, frame: shown.index, ...more });
+  const reply = await ask(what, { frames, facing: sent, frame: shown.index, revision, ...more });
+  revision = reply.revision;
   pending ||= Object.keys(frames).length > 0;
   marks.keep(frames);
   if (!opening.run) savedFacing = sent; // a run's facing changes only when it is followed again
