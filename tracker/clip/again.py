@@ -140,9 +140,15 @@ class Kept:
 
 
 def _there(film: _Film, folder: Path) -> Path:
+    """The film, where it was or moved together with the run's folder."""
     path = Path(film.path)
     if not path.exists():
-        raise RunError(f"the film of {folder} is no longer at {path}; bring it back to there")
+        beside = folder.resolve().parent / path.name
+        if beside.exists() and _bytes(beside) == film.bytes:
+            return beside
+        raise RunError(
+            f"the film of {folder} is no longer at {path}, nor unaltered at {beside}; bring it back"
+        )
     if _bytes(path) != film.bytes:
         raise RunError(f"{path} was altered since {folder} was made of it; track the clip again")
     return path

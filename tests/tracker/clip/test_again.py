@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -101,6 +102,16 @@ def test_a_film_that_was_altered_is_said(ran, moved, tmp_path):
     film.write_bytes(ran[0].video.read_bytes() + b"more")
     with pytest.raises(RunError, match="was altered since"):
         read_finished(changed(moved, film={"path": str(film), "bytes": film.stat().st_size - 4}))
+
+
+def test_a_film_that_moved_together_with_its_run_is_taken_where_it_is_the_same(ran, moved, monkeypatch):
+    film = shutil.copy(ran[0].video, moved.parent / "walk.mp4")
+    changed(moved, film={"path": "/nowhere/walk.mp4", "bytes": film.stat().st_size})
+    monkeypatch.chdir(moved)
+    assert read_finished(Path()).job.video == film
+    film.write_bytes(b"another")
+    with pytest.raises(RunError, match=f"no longer at /nowhere/walk.mp4, nor unaltered at {film}"):
+        read_finished(Path())
 
 
 def kept(before, now, rng):
