@@ -1,5 +1,6 @@
 """Correcting a finished run on the marking page, and following the film again."""
 
+import os
 import shlex
 from collections.abc import Mapping
 from contextlib import suppress
@@ -11,7 +12,7 @@ import numpy as np
 from kinematics.figure_file import load_figure
 from kinematics.text_file import ordinary
 from tracker.annotate.marks import Table
-from tracker.annotate.session import MarksRequest, Reply, Session, side, told
+from tracker.annotate.session import IN_APP, MarksRequest, Reply, Session, side, told
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
 from tracker.clip.start import outside
@@ -90,8 +91,9 @@ class Correction(Session):
         return {"task": now.name, "done": now.done, "total": now.total, "ended": not self._follows}
 
     def next_command(self) -> str:
-        """The command that follows saved corrections which were not followed yet; "" if there are none."""
-        return shlex.join(["figtrack", "correct", str(self.folder)]) if self.table.path.exists() else ""
+        """The command, or in the app the buttons, for corrections not followed yet; "" without any."""
+        words = shlex.join(["figtrack", "correct", str(self.folder)])
+        return ("Correct, then Follow on" if IN_APP in os.environ else words) * self.table.path.exists()
 
     def ending(self) -> str:
         if self.next_command():

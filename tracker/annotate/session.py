@@ -1,6 +1,7 @@
 """The data and requests of the marking page."""
 
 import base64
+import os
 import shlex
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from tracker.foreign.start_marks import Taken
 
 FARTHEST = 1e5  # largest coordinate of a joint, pixels
+IN_APP = "FIGTRACK_APP"  # variable of the environment that figtrack app sets for its commands
 
 Reply = dict[str, Any]
 
@@ -118,6 +120,7 @@ class Session:
             "fps": self._frames.fps,
             "facing": side(self.facing),
             "revision": self.revision,
+            "where": "on the card of the film" if IN_APP in os.environ else "in the terminal",
             "taken": taken and {"frame": taken.frame, "marks": told(taken.marks), "told": taken.told},
         }
 
@@ -174,7 +177,9 @@ class Session:
         return None
 
     def next_command(self) -> str:
-        """The command that follows the figure from the saved marks."""
+        """The command, or in the app the button, that follows the figure from the saved marks."""
+        if IN_APP in os.environ:
+            return "Follow" if self.facing is None else f"Follow, with Faces {side(self.facing)}"
         words = ["figtrack", "track", str(self.video), "--keypoints", str(self.table.path)]
         if self._figure != WALKER:
             words += ["--figure", self._name]

@@ -5,6 +5,7 @@ The command runs in its own process and is the same as typed in a terminal.
 
 import csv
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,7 @@ from typing import IO, Any, Literal
 
 from pydantic import BaseModel, Field
 
+from tracker.annotate.session import IN_APP
 from tracker.foreign.export import FORMATS
 from tracker.run.folder import FolderError
 from tracker.run.read import REPORT, START, News, RunError, read_news
@@ -164,6 +166,7 @@ class Work:
         self._process = subprocess.Popen(
             command,
             cwd=folder,
+            env=os.environ | {IN_APP: "1"},
             stdin=subprocess.DEVNULL,
             stdout=pipe,
             stderr=pipe,

@@ -99,6 +99,16 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
     assert near(found["near_ankle"], place, 2.5)
 
 
+def test_closed_in_the_app_a_correction_names_the_buttons_that_follow_it(browser, run, monkeypatch):
+    monkeypatch.setenv("FIGTRACK_APP", "1")
+    with correcting(browser, run, 5) as page:
+        page.press("Enter")
+        browser.push("#close")
+        browser.wait("document.querySelector('.over')")
+        assert "Next, on the card of the film:\n\nCorrect, then Follow on" in browser.text(".over")
+        assert page.server.session.ending().endswith("not followed yet; next: Correct, then Follow on")
+
+
 def test_the_legs_of_all_frames_are_exchanged_undone_and_done_again_together(browser, run):
     def turned(key, frame):
         shown.turn_to(frame, key)

@@ -148,6 +148,12 @@ def test_a_facing_that_was_told_is_judged_by_and_handed_on(clip, table):
         assert way == {1: "right", -1: "left", None: None}[facing]
 
 
+def test_in_the_app_the_next_step_is_a_button(clip, table, monkeypatch):
+    monkeypatch.setenv("FIGTRACK_APP", "1")
+    for facing, told_next in ((None, "Follow"), (-1, "Follow, with Faces left")):
+        assert Session(clip.video, Table(table), 0, facing=facing).next_command() == told_next
+
+
 def test_marks_however_wild_are_judged_and_nothing_is_printed_of_them(client, rng, capfd):
     for _ in range(200):
         scale = 10.0 ** rng.integers(-3, 6)

@@ -103,6 +103,10 @@ def test_a_command_that_the_system_ended_says_so(scripted):
     assert not any(line.startswith("error") for line in stopped.told()["said"])
 
 
+def test_a_command_knows_that_the_app_runs_it(scripted):
+    assert ended_soon(scripted("echo $FIGTRACK_APP"))["said"] == ["1"]
+
+
 def test_a_line_that_is_json_but_no_news_is_said(scripted):
     assert ended_soon(scripted("echo 42 >&2; echo null >&2; echo error: so >&2"))["said"] == [
         "42", "null", "error: so",

@@ -95,7 +95,7 @@ function doubt(wrong, goOn) {
 
 function finish(reply) {
   over = true;
-  const next = reply.next ? [told("Next, in the terminal:"), element("code", {}, reply.next)] : [];
+  const next = reply.next ? [told(`Next, ${opening.where}:`), element("code", {}, reply.next)] : [];
   const title = element("h2", {}, `Saved, and figtrack ${opening.command} has ended`);
   const panel = [title, told(reply.saved), ...next, told("This page can be closed.")];
   document.body.replaceChildren(element("div", { class: "over", role: "main" }, ...panel));
