@@ -13,6 +13,7 @@ import pytest
 
 from tests.tracker.report.reports import FPS, HIP, SECONDS, Report, chapter, compared, made, write_clip
 from tests.tracker.strolls import stroll
+from tracker.gait.figures import gait_of
 from tracker.report import page
 from tracker.report.chapter import headline, unusual
 from tracker.report.page import write_report
@@ -66,6 +67,15 @@ def test_no_window_is_too_narrow(browser, tmp_path, several, width):
     Report(browser, path, width=width, dark=several, touch=width < 500)
     assert browser.value("document.documentElement.scrollWidth") <= width
     assert max(browser.each(".gait .wide", "one.scrollWidth - one.clientWidth")) <= 0
+
+
+@pytest.mark.parametrize("width", [375, 1200, 1600])
+def test_long_numbers_need_no_scroll_bar_and_stay_on_one_line_in_a_wide_window(browser, tmp_path, width):
+    unsure, gait = stroll(SECONDS, sigma=0.25), gait_of(stroll(SECONDS, sigma=0.03, swings=(0.5, 0.3)))
+    Report(browser, made(tmp_path, replace(unsure, q=unsure.q - 0.9), gait=gait), width=width)
+    assert max(browser.each(".gait .wide", "one.scrollWidth - one.clientWidth")) <= 0
+    tops = "new Set([...one.querySelectorAll('.value')].map((value) => value.offsetTop)).size"
+    assert width < 1200 or set(browser.each(".plots .head", tops)) == {1}
 
 
 @pytest.mark.parametrize("width", [390, 1100, 1280, 1920, 2560])
