@@ -88,7 +88,8 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
     track = agreed(plan, _track(plan, span[0], *_followed(plan, span, clock, progress)))
     if kept is not None:
         track = kept.joined(track)
-    rate = job.rate or playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
+    looks = 1.0 if plan.beside else playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
+    rate = job.rate or looks
     track = replace(track, motions=motions_of(plan, track, rate), outcome=in_time(track.outcome))
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(
@@ -231,6 +232,11 @@ def _tracked(track: Track) -> Array:
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     warnings = plan.video.notes
+    if plan.beside:
+        warnings.append(
+            f"the marks of frame {plan.frame} lie {plan.beside:.1f} leg lengths from the figure in the film; "
+            "check them"
+        )
     if plan.video.untimed is not None and plan.job.rate is None:
         warnings.append(plan.video.untimed)
     if facing_unknown(plan.job, track.figure):

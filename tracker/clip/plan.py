@@ -4,11 +4,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from dynamics.gaussian import Array
 from dynamics.slds import SLDS
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start, facing_told
+from kinematics.spm import joints
 from tracker.clip.job import Job, OptionsError
 from tracker.clip.measure import Measured, read_measured
 from tracker.clip.start import StartError, marked_start
@@ -23,6 +26,8 @@ from videos.frames import Video
 
 STEP = 0.5  # seconds of a step, over which the direction of travel is measured
 TRAVEL = 0.1  # least travel in it, leg lengths; who stays in place faces as the start says
+BESIDE = 0.4  # least distance of marks that lie beside the figure, leg lengths,
+SOON, FASTEST = 0.25, 12.0  # as it is seen so many seconds from them at most, going so many a second at most
 FOUND = 0.04  # error of a joint in a start without marks, leg lengths
 
 
@@ -66,6 +71,17 @@ class Plan:
     tracker: Tracker
     measured: Measured | None
     seen: Seen
+
+    @cached_property
+    def beside(self) -> float:
+        """How far the marks lie from the figure that the film shows, leg lengths; 0 if about there."""
+        near = min(self.seen.points, key=lambda t: abs(t - self.frame), default=None)
+        if near is None or self.job.found is not None or self.measured is not None:
+            return 0.0
+        found, seconds = self.seen.points[near], abs(near - self.frame) / self.video.fps
+        marked = self.start.view.to_pixels(joints(self.start.figure, self.start.q))[found.joint]
+        off = float(np.median(np.hypot(*(found.pixels - marked).T))) / self.start.view.unit
+        return off if seconds < SOON and off > BESIDE + FASTEST * seconds else 0.0
 
     @cached_property
     def back(self) -> Tracker:

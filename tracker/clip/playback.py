@@ -20,6 +20,7 @@ from tracker.models.centred import centred
 from tracker.models.find import CONSTANT_VELOCITY, by_freedom, own_model, switching_model
 from tracker.settings import Settings
 
+LEAST = 0.5  # seconds of a film, half a stride, that a pace is told from
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
 ENOUGH = 600  # frames that suffice to measure the pace, twenty seconds at 30 a second
 TRAVEL = 1.0  # least travel, leg lengths, that decides between walking forwards and backwards
@@ -29,7 +30,8 @@ OTHERWISE = "walk-run"  # model that measures the pace if the clip was followed 
 
 
 def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER) -> float:
-    """The speed at which a clip is played, among RATES; 1 where no model knows how the figure moves.
+    """The speed at which a clip is played, among RATES; 1 where no model knows how the figure moves, and in
+    a film too short to tell.
 
     Args:
         model: with which the clip was followed, see `tracker.models.find.find_model`.
@@ -39,7 +41,7 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     name = OTHERWISE if model == CONSTANT_VELOCITY else model
     known = np.isfinite(poses).all(1)
     foreign = figure.learned_freedoms != WALKER.learned_freedoms and own_model(name, figure) == name
-    if not known.any() or (model == CONSTANT_VELOCITY and foreign):
+    if known.sum() < LEAST * fps or (model == CONSTANT_VELOCITY and foreign):
         return 1.0
     some = poses[known.argmax() :][:ENOUGH]
     y = centred(some, figure)

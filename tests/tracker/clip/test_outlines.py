@@ -285,6 +285,21 @@ def test_a_scene_of_too_few_frames_still_ends_at_its_cut(tmp_path):
     assert found.shot == (None, len(few) - 1)
 
 
+@pytest.mark.parametrize("off", [0.0, 0.2, 0.8])
+def test_marks_that_lie_beside_the_figure_are_told_and_no_speed_is(off, job):
+    ((frame, row),) = job.marks.items()
+    away = {frame: {name: replace(mark, x=mark.x - off * UNIT) for name, mark in row.items()}}
+    run = follow(replace(job, marks=away), QUIET)
+    told = [warning for warning in run.warnings if "from the figure in the film; check them" in warning]
+    if off > 0.5:
+        assert told == [
+            f"the marks of frame {MIDDLE} lie 0.8 leg lengths from the figure in the film; check them"
+        ]
+        assert run.rate == 1.0
+    else:
+        assert told == []
+
+
 @pytest.mark.parametrize("past", [5, 800])
 @pytest.mark.parametrize("hint", [True, False])
 def test_a_start_past_the_films_end_leaves_the_plan_as_it_is(past, hint, plan, monkeypatch):

@@ -84,8 +84,9 @@ def test_the_pace_is_that_of_the_frames_after_a_long_loss(walked, found):
     assert playback_rate("walk-run", late, 30.0) == found
 
 
-def test_a_figure_that_is_never_seen_is_taken_to_move_as_filmed(walked):
+def test_a_figure_that_is_hardly_seen_is_taken_to_move_as_filmed(walked):
     assert playback_rate("walk-run", np.full_like(walked, np.nan), 30.0) == 1.0
+    assert playback_rate("walk-run", played(walked, 0.5)[:14], 30.0) == 1.0
 
 
 def test_time_running_back_is_tried_for_who_may_walk_backwards_alone(walked, monkeypatch):
