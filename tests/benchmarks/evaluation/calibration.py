@@ -64,5 +64,5 @@ def nees(found: Array) -> float:
 
 
 def inside(found: Array) -> float:
-    """Share of marks inside the two-sigma ellipse; 1 - exp(-2) = 0.865 is right."""
-    return float((found <= TWO_SIGMA).mean())
+    """Share of marks inside the two-sigma ellipse, NaN of none; 1 - exp(-2) = 0.865 is right."""
+    return float((found <= TWO_SIGMA).mean()) if len(found) else np.nan

@@ -38,6 +38,7 @@ class Followed:
     lost      : frame, None where it never was
     exchanged : frames in which the legs are named wrongly, of `frames`
     inside    : share of visible joints within two sigma, 0.865 is right
+    behind    : the same of hidden ones, NaN where there are none
     label     : of most frames
     """
 
@@ -46,6 +47,7 @@ class Followed:
     exchanged: int
     frames: int
     inside: float
+    behind: float
     label: str
 
 
@@ -158,20 +160,21 @@ def _followed(made: Film, job: Job) -> Followed | str:
         lost=found.first_failure_frame,
         exchanged=found.swaps,
         frames=found.truth_frames,
-        inside=inside(_distances(made, track)),
+        inside=inside(_distances(made, track, True)),
+        behind=inside(_distances(made, track, False)),
         label=labels.most_common(1)[0][0],
     )
 
 
-def _distances(made: Film, track: Track) -> np.ndarray:
-    """(M,) squared errors of visible joints, in standard deviations; the truth has none of its own."""
+def _distances(made: Film, track: Track, visible: bool) -> np.ndarray:
+    """(M,) squared errors of visible or of hidden joints, in standard deviations; the truth has none."""
     column = {name: j for j, name in enumerate(track.figure.joints)}
     return np.array(
         [
             distance(np.array([row[name].x, row[name].y]) - at[column[name]], covs[column[name]])
             for row, at, covs in zip(made.marks.values(), track.joints(), track.joint_covs(), strict=True)
             for name in SCORED
-            if row[name].visible
+            if row[name].visible == visible
         ]
     )
 

@@ -15,8 +15,9 @@ as `figtrack track` does.
 """
 KINDS = """\
 The error is the median of the films' mean errors in leg lengths; inside is the share of visible joints within
-two standard deviations, for which 86.5 % is expected. Unmarked starts are wrong where their joints err by
-more than 0.25 leg lengths, the facing is wrong, or legs are exchanged that no warning announced.
+two standard deviations, and in brackets that of hidden ones, for which 86.5 % is expected. Unmarked starts
+are wrong where their joints err by more than 0.25 leg lengths, the facing is wrong, or legs are exchanged
+that no warning announced.
 """
 HEADER = (
     "kind",
@@ -90,6 +91,12 @@ def median(tracks: Sequence[Followed]) -> float:
     return _of(np.median, [track.error for track in tracks])
 
 
+def _inside(tracks: Sequence[Followed]) -> tuple[float, float]:
+    """Mean shares of the visible and of the hidden joints within two standard deviations."""
+    hidden = [track.behind for track in tracks if np.isfinite(track.behind)]
+    return _of(np.mean, [track.inside for track in tracks]), _of(np.mean, hidden)
+
+
 def _cells(cases: Sequence[Case]) -> list[str]:
     tracks = marked(cases)
     unmarked = [each.unmarked for each in cases if isinstance(each.unmarked, Followed)]
@@ -98,7 +105,7 @@ def _cells(cases: Sequence[Case]) -> list[str]:
     return [
         str(len(cases)),
         f"{median(tracks):.3f}",
-        f"{100.0 * _of(np.mean, [track.inside for track in tracks]):.0f}",
+        "{:.0f} ({:.0f})".format(*(100.0 * share for share in _inside(tracks))),
         str(named),
         str(sum(start.placed and start.facing for start in starts)),
         str(sum(start.placed and start.near for start in starts)),
