@@ -246,7 +246,7 @@ def test_a_start_misleads_unless_all_is_right_or_a_warning_is_given_of_the_leg(
 
 
 def a_case(seed, error=0.02, lost=None, exchanged=0, label="walk", gait="walk", start=(True,) * 4):
-    track = Followed(error, lost, exchanged, 100, 0.9, label)
+    track = Followed(error, lost, exchanged, 100, 0.9, 0.7 if seed else np.nan, label)
     found = None if start is None else Start(*start)
     unmarked = "nobody was found" if start is None else track
     return Case(seed, gait, {"gait": gait}, track, found, unmarked)
@@ -268,4 +268,5 @@ def test_rows_are_of_all_films_and_of_every_kind():
     rows = {cells[0]: cells[1:] for cells in by_kind(cases)}
     assert list(rows) == ["**all**", "gait: run", "gait: walk"]
     assert [rows[name][0] for name in rows] == ["3", "2", "1"]
+    assert rows["**all**"][2] == "90 (70)"
     assert rows["gait: run"][3:7] == ["1", "1", "1", "1"]
