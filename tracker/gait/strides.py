@@ -7,13 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from dynamics.gaussian import Flags
+from kinematics.direction import gone_back
 from kinematics.sides import SIDES, Side
 from tracker.gait.moments import OFF, STRIKE, Event, Way, named, read_weights
 from tracker.run.track import Track
 
 ODD = (0.6, 1.6)  # range of durations over the median; outside, a strike was missed or is false
-BACKWARDS = -0.5  # travel below which the figure walks backwards, leg lengths,
-DRIFT = -0.1  # if it is not as slow as a drift on a treadmill, leg lengths a second
 TRAVELS = 0.5  # least travel in a stride of somebody who is not on a treadmill, leg lengths
 STAND = 0.3  # share of the usual speed below which that person stands
 PAUSE = 0.2  # of a stride, which this takes at least
@@ -81,10 +80,7 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
 
 def goes_backwards(track: Track) -> bool:
     """Whether the figure moves against its facing."""
-    if not len(track):
-        return False
-    travel = float(track.q[-1, 0] - track.q[0, 0])
-    return travel < min(BACKWARDS, DRIFT * float(track.times[-1] - track.times[0]))
+    return len(track) > 0 and bool(gone_back(track.q[:, 0], track.times)[-1])
 
 
 def between(events: Iterable[Event], start: Event, end: Event) -> Event | None:

@@ -4,7 +4,8 @@ Both are compared on the angles measured around a gap, at frames far enough apar
 time between them (`dynamics.periodic.filling`): frame by frame the switching model would win in gait too, as
 it follows measured frames more closely than it bridges missing ones. If its evidence, that of its best path,
 is greater, it fills the gap: the motion is not periodic. The figure's place and the neck's angle are
-subtracted before and added afterwards, as in `tracker.motion.tasks`.
+subtracted before and added afterwards, and a figure that goes backwards is filled with its frames in reversed
+order, as in `tracker.motion.tasks`.
 """
 
 from collections.abc import Sequence
@@ -79,7 +80,7 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
     """The model with R raised to the noise of these sequences; PosesError: one has no measured number."""
     for sequence in sequences:
         first_measured(sequence)
-    ys = [centred(sequence.y) for sequence in sequences]
+    ys = [centred(sequence.y[sequence.order(slds.fps)]) for sequence in sequences]
     with progress.task("measuring the noise", SEARCHES) as tick:
         return replace(slds, R=at_noise(slds.with_constants(UNKNOWN_PLACE), ys, tick).R)
 
@@ -96,8 +97,10 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
     placed[:ROOT_COLUMNS] = seen[:, :ROOT_COLUMNS].any(0)
     if (seen | ~placed).all():
         return Filled(sequence.y, np.full(sequence.y.shape, np.nan))
-    taken = own_offset(sequence.y)
-    found, by = _poses(fillers, sequence.y - taken, rng)
+    order = sequence.order(fillers.fps)
+    taken = own_offset(sequence.y[order])
+    found, by = _poses(fillers, sequence.y[order] - taken, rng)
+    found, by = found[order], by[order]
     sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
     for name, unknown in UNKNOWN_NECK.items():
         column = POSE_COLUMNS.index(name)

@@ -4,15 +4,21 @@ Models include neither the place of a figure nor the neck's angle. The neck's me
 place where the root is first measured, are therefore subtracted before and added afterwards. A forecast must
 not use later frames, not even their mean: there the three are constants of the state with a wide prior,
 inferred with everything else.
+
+Models were learned from figures that go forwards. Backward walking is much like that with time running back,
+so the frames of a figure that goes backwards are labelled in reversed order, and forecast by the reversed
+model as soon as the frames so far show it.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from dynamics.gaussian import Array, Gaussian, unknown
 from dynamics.gpb2 import switching_all
 from dynamics.hmm import HMM
+from dynamics.motion.rate import backwards
 from dynamics.motion.tasks import CLASSIFY_TICKS, Labelling, classify, classify_hmm, predict, predict_ticks
 from dynamics.posterior import InferSwitching
 from dynamics.slds import SLDS
@@ -20,6 +26,7 @@ from dynamics.store import Model, kind_of
 from dynamics.stride import Stride
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
+from kinematics.direction import gone_back
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import centred, first_place, rootless
 from tracker.motion.choices import Inference, Use
@@ -87,7 +94,19 @@ def label_all(
         PosesError: a sequence without a measured angle, or without a root where that is used.
         ValueError: a model of other freedoms, or options that do not fit the model or the inference.
     """
-    ys = [_evidence(sequence, use) for sequence in sequences]
+    orders = [sequence.order(model.fps) for sequence in sequences]
+    ys = [_evidence(replace(s, y=s.y[order]), use) for s, order in zip(sequences, orders, strict=True)]
+    found = _labelled(model, ys, inference, use, progress)
+    return [
+        replace(f, label=f.label[order], state=f.state[order], prob=f.prob[order])
+        for f, order in zip(found, orders, strict=True)
+    ]
+
+
+def _labelled(
+    model: Model, ys: Sequence[Array], inference: Inference, use: Use, progress: Progress
+) -> list[Labelling]:
+    """`label_all` of figures that go forwards."""
     if isinstance(model, HMM):
         picked = _columns(model, use)
         return classify_hmm(model, [y[:, picked] for y in ys])
@@ -110,10 +129,8 @@ def forecast_all(
     """
     starts = [first_measured(sequence) for sequence in sequences]
     places = [first_place(sequence.y) for sequence in sequences]
-    free = slds.with_constants(UNKNOWN_PLACE | UNKNOWN_NECK)
     ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
-    with progress.task("predicting", predict_ticks(ys)) as tick:
-        expected = predict(free, ys, horizon, tick)
+    expected = _expected(slds, ys, horizon, progress)
     forecasts = []
     for s, start, place, ahead in zip(sequences, starts, places, expected, strict=True):
         forecast = unknown(len(s) + horizon, len(POSE_COLUMNS))
@@ -124,6 +141,22 @@ def forecast_all(
             forecast.mean[:unplaced, column] = forecast.cov[:unplaced, column, column] = np.nan
         forecasts.append(forecast)
     return forecasts
+
+
+def _expected(slds: SLDS, ys: Sequence[Array], horizon: int, progress: Progress) -> list[Gaussian]:
+    """Forecasts by the model, and by the reversed one once the frames show that a figure goes backwards."""
+    back = [np.flatnonzero(gone_back(y[:, 0], np.arange(len(y)) / slds.fps)) for y in ys]
+    turned = [i for i, frames in enumerate(back) if len(frames)]
+    again = [ys[i] for i in turned]
+    constants = UNKNOWN_PLACE | UNKNOWN_NECK
+    ticks = predict_ticks(ys) + (predict_ticks(again) if turned else 0)
+    with progress.task("predicting", ticks) as tick:
+        found = predict(slds.with_constants(constants), ys, horizon, tick)
+        other = predict(backwards(slds).with_constants(constants), again, horizon, tick) if turned else []
+    for i, ahead in zip(turned, other, strict=True):
+        rows = back[i] + horizon
+        found[i][rows] = ahead[rows]
+    return found
 
 
 def _evidence(sequence: PoseSequence, use: Use) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
+from kinematics.direction import gone_back
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
@@ -85,6 +86,11 @@ class PoseSequence:
         labels = [self.labels[t] for t in np.flatnonzero(self.seen.any(axis=1))]
         return labels + [""] * self.unseen
 
+    def order(self, fps: float) -> slice:
+        """The frames in order of time, or the last first if the figure goes backwards."""
+        back = gone_back(self.y[:, 0], np.arange(len(self)) / fps)
+        return slice(None, None, -1 if back[-1] else 1)
+
     def runs(self) -> list[tuple[str, Array]]:
         """Label and poses of every stretch of one label without a gap."""
         kinds = [(label, bool(seen.all())) for label, seen in zip(self.labels, self.seen, strict=True)]
@@ -127,7 +133,8 @@ def write_poses(path: Path, rows: Iterable[Sequence[object]], further: Sequence[
 
 
 def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
-    """Warnings about a readable table: angles that look like radians, a frame rate other than `fps`."""
+    """Warnings about a readable table: angles that look like radians, a frame rate other than `fps`,
+    figures that go backwards."""
     said = []
     small = [sequence.name for sequence in sequences if _in_radians(sequence)]
     if small:
@@ -136,6 +143,10 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
             f"every angle of sequence {small[0]!r}{more} lies within {RADIANS} degrees although the figure "
             "moves; these may be radians, write degrees"
         )
+    back = [sequence.name for sequence in sequences if sequence.order(fps).step < 0]
+    if back:
+        more = f" and {len(back) - 1} more" if len(back) > 1 else ""
+        said.append(f"root_x of sequence {back[0]!r}{more} falls, so the figure goes backwards")
     others = [each for each in sequences if each.fps is not None and abs(each.fps / fps - 1.0) > 0.05]
     if others:
         said.append(

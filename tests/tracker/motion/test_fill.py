@@ -89,6 +89,19 @@ def test_a_root_that_was_never_measured_stays_empty(rng, way):
 
 
 @EACH_WAY
+def test_who_goes_backwards_is_filled_as_if_time_ran_back(rng, way):
+    given = blanked(gait("walk", 70, rng), [*range(15, 22), *range(40, 50)])
+    ahead, back = (
+        fill_gaps(WAYS[way](), sequence(p), np.random.default_rng(1)) for p in (given, given[::-1])
+    )
+    assert_allclose(back.y[::-1], ahead.y, atol=1e-6)
+    assert_allclose(back.sd[::-1], ahead.sd, atol=1e-6)
+    assert back.by[::-1] == ahead.by
+    noises = (at_table_noise(gait_model(), [sequence(p)]).R for p in (given, given[::-1]))
+    assert_allclose(*noises, rtol=1e-6)
+
+
+@EACH_WAY
 def test_a_neck_that_was_never_measured_may_be_held_anyhow(rng, way):
     neck = POSE_COLUMNS.index("neck")
     filled = fill_gaps(WAYS[way](), sequence(blanked(gait("walk", 40, rng), slice(None), neck)), rng)

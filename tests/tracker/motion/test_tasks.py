@@ -40,10 +40,10 @@ def test_where_the_figure_stands_and_how_it_carries_its_head_do_not_matter(rng, 
     assert_allclose(there.prob, here.prob, atol=1e-6)
 
 
-def test_the_angles_alone_do_not_hear_the_root(rng):
+def test_the_angles_alone_hear_of_the_root_only_which_way_it_goes(rng):
     y, _ = both(rng)
     wild = y.copy()
-    wild[:, :2] = rng.normal(size=(100, 2))
+    wild[1:-1, :2] = rng.normal(size=(98, 2))
     one, other = label_all(gait_model(), [sequence(y), sequence(wild)], inference=Inference.GPB2)
     assert_array_equal(one.prob, other.prob)
 
@@ -113,6 +113,27 @@ def test_a_place_is_forecast_once_it_was_measured(rng):
     assert np.isfinite(one.mean[12:, :2]).all()
     assert np.isnan(other.mean[:, :2]).all()
     assert np.isfinite(other.mean[2:, 2:]).all()
+
+
+@pytest.mark.parametrize("use", Use)
+def test_who_goes_backwards_is_labelled_as_if_time_ran_back(rng, use):
+    y, _ = both(rng)
+    ahead, back = (
+        label_all(gait_model(), [sequence(p)], inference=Inference.GPB2, use=use)[0] for p in (y, y[::-1])
+    )
+    # Another place is taken off: rounding, as above.
+    assert_allclose(back.prob[::-1], ahead.prob, atol=1e-6)
+    assert back.label[::-1] == ahead.label
+    assert_array_equal(back.state[::-1], ahead.state)
+
+
+def test_who_goes_backwards_is_forecast_so_once_the_frames_so_far_show_it(rng):
+    y, other = gait("walk", 80, rng)[::-1], sequence(gait("walk", 40, rng))
+    ys = y, y[:40], blanked(y, slice(None), 0)
+    found, cut, unplaced = (forecast_all(gait_model(), [other, sequence(p)], 3)[1] for p in ys)
+    away, ahead = (np.abs(f.mean[30:80] - y[30:])[:, 4:].mean() for f in (found, unplaced))
+    assert away < 0.6 * ahead
+    assert_allclose(found.mean[3:43], cut.mean[3:43], atol=1e-9)
 
 
 def test_an_unknown_constant_is_integrated_out(rng):

@@ -1,8 +1,10 @@
 """Pose tables in: sequences, gaps, labels, and what is wrong with a table."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import figtrack, refused, succeeds
@@ -137,6 +139,14 @@ def test_angles_in_radians_are_suspected_and_degrees_are_not(tmp_path):
 def test_small_angles_are_suspected_only_of_a_figure_that_moves(tmp_path, frames, travel, suspected):
     rows = walker("a", float(np.radians(1.0)), frames, travel)
     assert bool(suspicions(read_poses(table(tmp_path, *rows)), 30.0)) == suspected
+
+
+def test_who_goes_backwards_is_told(tmp_path):
+    (ahead,) = read_poses(table(tmp_path, *walker("a", travel=0.1)))
+    back = replace(ahead, y=ahead.y[::-1])
+    assert_array_equal(back.y[back.order(30.0)], ahead.y[ahead.order(30.0)])
+    assert suspicions([ahead], 30.0) == []
+    assert suspicions([ahead, back], 30.0) == ["root_x of sequence 'a' falls, so the figure goes backwards"]
 
 
 def test_another_frame_rate_than_the_tables_own_times_is_suspected(tmp_path):
