@@ -3,7 +3,8 @@
 Models include neither the place of a figure nor the neck's angle. The neck's mean over a sequence, and the
 place where the root is first measured, are therefore subtracted before and added afterwards. A forecast must
 not use later frames, not even their mean: there the three are constants of the state with a wide prior,
-inferred with everything else.
+inferred with everything else. So are, with a narrow one, differences of the other angles from learned motion:
+people differ, and the joints of a film are placed otherwise than those of captures.
 
 Models were learned from figures that go forwards. Backward walking is much like that with time running back,
 so the frames of a figure that goes backwards are labelled in reversed order, and forecast by the reversed
@@ -27,15 +28,17 @@ from dynamics.stride import Stride
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.direction import gone_back
+from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import centred, first_place, rootless
 from tracker.motion.choices import Inference, Use
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, PosesError
 
-# Prior standard deviations of these constants: leg lengths for the place, radians for the neck.
+# Prior standard deviations of these constants: leg lengths for the place, radians for the angles.
 UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
 UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
+UNKNOWN_ANGLES = dict.fromkeys(WALKER.personal_angles, float(np.radians(3.0)))
 SILENT = Progress("quiet")
 OTHERWISE = "give one learned with another --inference"
 
@@ -148,7 +151,7 @@ def _expected(slds: SLDS, ys: Sequence[Array], horizon: int, progress: Progress)
     back = [np.flatnonzero(gone_back(y[:, 0], np.arange(len(y)) / slds.fps)) for y in ys]
     turned = [i for i, frames in enumerate(back) if len(frames)]
     again = [ys[i] for i in turned]
-    constants = UNKNOWN_PLACE | UNKNOWN_NECK
+    constants = UNKNOWN_PLACE | UNKNOWN_NECK | UNKNOWN_ANGLES
     ticks = predict_ticks(ys) + (predict_ticks(again) if turned else 0)
     with progress.task("predicting", ticks) as tick:
         found = predict(slds.with_constants(constants), ys, horizon, tick)

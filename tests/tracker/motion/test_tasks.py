@@ -136,6 +136,16 @@ def test_who_goes_backwards_is_forecast_so_once_the_frames_so_far_show_it(rng):
     assert_allclose(found.mean[3:43], cut.mean[3:43], atol=1e-9)
 
 
+def test_forecasts_learn_a_constant_difference_of_an_angle(rng, monkeypatch):
+    y = gait("walk", 80, rng)
+    y[:, POSE_COLUMNS.index("knee_far")] += np.radians(10.0)
+    (found,) = forecast_all(gait_model(), [sequence(y)], 5)
+    monkeypatch.setattr("tracker.motion.tasks.UNKNOWN_ANGLES", {})
+    (without,) = forecast_all(gait_model(), [sequence(y)], 5)
+    away, farther = (np.abs(f.mean[30:80] - y[30:])[:, 4:].mean() for f in (found, without))
+    assert away < 0.8 * farther
+
+
 def test_an_unknown_constant_is_integrated_out(rng):
     one = of_motion(gait_model(), "walk")
     one = replace(
