@@ -12,7 +12,7 @@ for several paths at once. The result has the moments of their mixture. A long s
 so that memory is bounded; each piece includes some frames beyond its ends.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -31,15 +31,22 @@ BEYOND = 120  # measured frames that are included on either side of them
 ANYWHERE = 100.0  # variance of the place in a first frame that was not measured, leg lengths squared
 
 
-def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bool = True) -> Gaussian:
+def interpolate(
+    slds: SLDS,
+    y: Array,
+    rng: np.random.Generator,
+    *,
+    recurrent: bool = True,
+    constants: Mapping[str, float] | None = None,
+) -> Gaussian:
     """Every frame's pose given all measurements: mean (T, M) and cov (T, M, M), without measurement noise.
 
     NaN entries of y (T, M), whole rows too, were not measured, but not all of them. If `recurrent` the switch
-    depends on the pose; False is the papers' switch.
+    depends on the pose; False is the papers' switch. `constants` are as in `SLDS.with_constants`.
     """
     poses = unknown(*y.shape)
     for rows, window in _pieces(y):
-        found = _filled(slds, y[window], rng, recurrent)
+        found = _filled(slds, y[window], rng, recurrent, constants or {})
         poses[rows] = found[rows.start - window.start : rows.stop - window.start]
     return poses
 
@@ -62,11 +69,14 @@ def _pieces(y: Array) -> Iterator[tuple[slice, slice]]:
         first = end
 
 
-def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> Gaussian:
+def _filled(
+    slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool, constants: Mapping[str, float]
+) -> Gaussian:
     """The poses of one piece and of the frames around it."""
-    placed = _placed(slds)
+    placed, by_one = (model.with_constants(constants) for model in (_placed(slds), by_motion(_placed(slds))))
+    slds = slds.with_constants(constants)
     local = from_origin(y, slds.names, slds.travelling)
-    x = np.repeat(viterbi(by_motion(placed), local).states.mean[None], PATHS, 0)
+    x = np.repeat(viterbi(by_one, local).states.mean[None], PATHS, 0)
     for _ in range(ROUNDS):
         paths = _sample_paths(slds, x, rng, recurrent)
         on_path = [np.where(np.arange(slds.K) == path[:, None], 0.0, -np.inf) for path in paths]

@@ -25,6 +25,7 @@ from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import centred, own_offset, rootless
 from tracker.motion.tasks import (
     SILENT,
+    UNKNOWN_ANGLES,
     UNKNOWN_NECK,
     UNKNOWN_PLACE,
     check_names,
@@ -134,7 +135,7 @@ def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussi
         found = [_by_stride(stride, slds, y, rows, fillers.fps) for rows in gaps(stride, y, fillers.fps)]
     if slds is not None and (stride is None or None in found):
         try:
-            whole = interpolate(slds, y, rng)
+            whole = interpolate(slds, y, rng, constants=UNKNOWN_ANGLES)
         except np.linalg.LinAlgError as error:
             raise ValueError(
                 "a gap is so long that the model's poses grow without limit; "

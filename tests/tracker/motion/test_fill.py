@@ -109,6 +109,17 @@ def test_a_neck_that_was_never_measured_may_be_held_anyhow(rng, way):
     assert (np.degrees(filled.sd[:, neck]) > 19.9).all()
 
 
+def test_the_switching_model_learns_a_constant_difference_of_an_angle(rng, monkeypatch):
+    y = gait("walk", 80, rng)
+    y[:, POSE_COLUMNS.index("knee_far")] += np.radians(10.0)
+    given = sequence(blanked(y, slice(35, 45)))
+    found = fill_gaps(WAYS["switching"](), given, np.random.default_rng(1))
+    monkeypatch.setattr("tracker.motion.fill.UNKNOWN_ANGLES", {})
+    without = fill_gaps(WAYS["switching"](), given, np.random.default_rng(1))
+    away, farther = (np.abs(f.y - y)[35:45, 4:].mean() for f in (found, without))
+    assert away < 0.8 * farther
+
+
 def test_a_gap_that_is_too_long_for_the_stride_is_filled_by_the_switching_model(rng, monkeypatch):
     monkeypatch.setattr("tracker.motion.fill.MOST", 9)
     given = blanked(gait("walk", 60, rng), slice(25, 35))
