@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.spm import (
-    View,
-    angle_gradients,
-    covering,
-    joint_jacobian,
-    joints,
-    motions,
-    skeleton,
-    surface,
-)
+from kinematics.spm import View, angle_gradients, covering, joint_jacobian, joints, motions, skeleton, surface
 from tests.kinematics.figures import FOOTLESS, HORSE, WALKER, Puppet, every_figure, random_pose, upright
 from tests.oracles import central_difference
 

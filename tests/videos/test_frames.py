@@ -8,7 +8,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.videos.clips import (
     CODEC,
@@ -78,9 +78,7 @@ def test_entered_in_its_middle_a_film_gives_the_very_frames(tmp_path, rng, forma
     if passed:
         list(video.pictures(0, 99, 5))
     for first, last, every in STRETCHES[:: 1 if passed else -1]:
-        found = list(video.pictures(first, last, every))
-        assert len(found) == len(images[first : last + 1 : every])
-        assert all(map(np.array_equal, found, images[first : last + 1 : every]))
+        assert_array_equal(list(video.pictures(first, last, every)), images[first : last + 1 : every])
     if passed:
         assert decoded[-1] < 100  # of the last stretch, which from the beginning takes a hundred
 
@@ -90,9 +88,7 @@ def test_recordings_that_were_joined_are_read_from_the_beginning(tmp_path, decod
     images, video = [frame.image for frame in Video(path)], Video(path)
     assert len(list(video.pictures(0, 59))) == 60
     for first, last in ((0, 99), (38, 60), (50, 99), (70, 75)):
-        found = list(video.pictures(first, last))
-        assert len(found) == len(images[first : last + 1])
-        assert all(map(np.array_equal, found, images[first : last + 1]))
+        assert_array_equal(list(video.pictures(first, last)), images[first : last + 1])
 
 
 @pytest.mark.parametrize("wrong", ["another picture", "no picture", "an error"])
@@ -108,9 +104,7 @@ def test_where_it_cannot_be_entered_a_film_is_read_from_its_beginning(tmp_path, 
         yield from found if tick is None else islice(found, 20, 21 if wrong == "another picture" else 20)
 
     monkeypatch.setattr(Video, "_pictures", entered)
-    found = list(video.pictures(35, 38))
-    assert len(found) == 4
-    assert all(map(np.array_equal, found, images[35:39]))
+    assert_array_equal(list(video.pictures(35, 38)), images[35:39])
 
 
 def test_frames_are_read_only(tmp_path):

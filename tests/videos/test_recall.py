@@ -61,24 +61,18 @@ def test_pictures_of_a_held_film_come_in_any_order(film):
     assert_array_equal(list(video.picked([7, 2, 11])), [whole[7], whole[2], whole[11]])
 
 
-def test_what_goes_back_in_a_held_film_decodes_nothing(film, opened):
+@pytest.mark.parametrize("forgotten", [False, True])
+def test_what_goes_back_in_a_film_decodes_nothing_unless_it_was_forgotten(film, opened, tmp_path, forgotten):
     video = Video(film)
     whole = pictures(video)
     reel = Reel(video)
     list(reel.ahead())
+    if forgotten:
+        pictures(Video(written(tmp_path / "b.mp4")))
+    assert video.held is not forgotten
     del opened[:]
     assert_array_equal(list(reel.span(FRAMES - 1, 0)), whole[::-1])
-    assert not opened
-
-
-def test_a_film_that_is_forgotten_on_the_way_is_read_again(film, tmp_path):
-    video = Video(film)
-    whole = pictures(video)
-    reel = Reel(video)
-    list(reel.ahead())
-    pictures(Video(written(tmp_path / "b.mp4")))
-    assert not video.held
-    assert_array_equal(list(reel.span(FRAMES - 1, 0)), whole[::-1])
+    assert bool(opened) is forgotten
 
 
 def test_a_changed_film_is_decoded_anew(film, tmp_path):

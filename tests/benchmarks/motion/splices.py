@@ -12,15 +12,7 @@ from dynamics.hmm import HMM
 from dynamics.motion.tasks import Labelling, classify, classify_hmm
 from dynamics.region import POSE
 from dynamics.store import Model
-from tests.benchmarks.motion.data import (
-    SHOWN_STATES,
-    SPLICED,
-    STATES,
-    Results,
-    Splices,
-    named,
-    splices,
-)
+from tests.benchmarks.motion.data import SHOWN_STATES, SPLICED, STATES, Results, Splices, named, splices
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import wrong_shares
 from tracker.experiments.study import Recipe

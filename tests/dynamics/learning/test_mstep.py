@@ -11,13 +11,7 @@ from dynamics.learning.options import Options
 from dynamics.learning.prior import data_prior, log_prior
 from dynamics.viterbi import viterbi_all
 from tests.dynamics.learning.systems import FIELDS, drawn
-from tests.oracles import (
-    central_difference,
-    enumerated_all,
-    expected_log_joint,
-    random_slds,
-    sum_over_paths,
-)
+from tests.oracles import central_difference, enumerated_all, expected_log_joint, random_slds, sum_over_paths
 
 
 def setting(order, travelling, rng, *, prior, K=2, lengths=(5, 4, 5)):

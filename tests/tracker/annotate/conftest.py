@@ -8,9 +8,9 @@ import pytest
 
 from kinematics.sides import exchanged as sides
 from tests.tracker.annotate.clients import serving
-from tests.tracker.annotate.exchanged_run import QUIET, TURN, T
+from tests.tracker.annotate.exchanged_run import TURN, T
 from tests.tracker.annotate.pages import session_page
-from tests.tracker.clips import write_table, write_video
+from tests.tracker.clips import QUIET, write_table, write_video
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session

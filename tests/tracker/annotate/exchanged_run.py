@@ -3,11 +3,9 @@
 import numpy as np
 
 from kinematics.sides import other_side
-from tracker.progress import Progress
 from tracker.tables.keypoints import points, read_keypoints
 
 T, TURN = 30, 12  # frames; from TURN on the run's legs are exchanged
-QUIET = Progress("quiet")
 LEGS = ("near_knee", "near_ankle", "far_knee", "far_ankle")
 
 

@@ -8,8 +8,8 @@ import threading
 import pytest
 
 from tests.tracker.annotate.clients import running
-from tests.tracker.annotate.exchanged_run import LEGS, QUIET, T
-from tests.tracker.clips import everything, read_json, refused
+from tests.tracker.annotate.exchanged_run import LEGS, T
+from tests.tracker.clips import QUIET, everything, read_json, refused
 from tracker.annotate.correction import Correction
 from tracker.annotate.session import MarksRequest, Placed
 from tracker.run.folder import FolderError
@@ -73,26 +73,22 @@ def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
     assert {name: data for name, data in everything(run).items() if name.name[0] != "c"} == before
 
 
-def test_the_marks_of_the_start_cannot_be_taken_away(run):
-    with pytest.raises(FolderError, match="frame 0 is the one that the run starts from"):
-        Correction(run, None, QUIET).save(MarksRequest(frames={0: {}}))
-
-
-def test_marks_of_a_frame_that_was_not_followed_are_refused_and_nothing_is_kept_of_them(run):
+def test_a_start_without_marks_and_marks_where_nothing_was_followed_are_refused_and_not_kept(run):
     session, before = Correction(run, None, QUIET), everything(run)
-    for frames in (
-        {T: {"hip": Placed(x=9.0, y=9.0)}},
-        {3: {"hip": Placed(x=9.0, y=9.0)}, T + 5: {"hip": Placed(x=9.0, y=9.0)}},
+    hip, beyond = {"hip": Placed(x=9.0, y=9.0)}, "is not part of the run; take its marks away"
+    for frames, why in (
+        ({0: {}}, "frame 0 is the one that the run starts from"),
+        ({T: hip}, f"frame {T} {beyond}"),
+        ({3: hip, T + 5: hip}, f"frame {T + 5} {beyond}"),
     ):
-        with pytest.raises(
-            FolderError, match=f"frame {max(frames)} is not part of the run; take its marks away"
-        ):
+        with pytest.raises(FolderError, match=why):
             session.save(MarksRequest(frames=frames))
     assert everything(run) == before
     assert session.save(MarksRequest(frames={T: {}}))["wrong"] == []
 
 
-def test_a_run_that_holds_its_own_film_is_refused_before_anything_is_marked(run, monkeypatch):
+def test_what_cannot_be_corrected_is_said_in_one_line_before_anything_is_marked(run, monkeypatch):
+    assert "ends with frame 29" in refused("correct", run, "--frame", T, "--no-browser")
     news = read_json(run / "run.json")
     film = shutil.copy(news["film"]["path"], run)
     (run / "run.json").write_text(json.dumps(news | {"film": news["film"] | {"path": str(film)}}))
@@ -100,10 +96,6 @@ def test_a_run_that_holds_its_own_film_is_refused_before_anything_is_marked(run,
     (run / "run.json").write_text(json.dumps(news))
     monkeypatch.chdir(run)
     assert "the folder you are in" in refused("correct", ".", "--no-browser")
-
-
-def test_what_cannot_be_corrected_is_said_in_one_line(run, tmp_path):
-    assert "ends with frame 29" in refused("correct", run, "--frame", T, "--no-browser")
 
 
 def test_a_run_that_was_replaced_meanwhile_is_not_replaced_again(run):

@@ -10,9 +10,9 @@ import pytest
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
 from tests.tracker.annotate.clients import running
-from tests.tracker.annotate.exchanged_run import QUIET, TURN, exchanged
+from tests.tracker.annotate.exchanged_run import TURN, exchanged
 from tests.tracker.annotate.pages import Page, near, served
-from tests.tracker.clips import read_json
+from tests.tracker.clips import QUIET, read_json
 from tracker.annotate import correction
 from tracker.annotate.correction import Correction
 from tracker.tables.keypoints import points, read_keypoints

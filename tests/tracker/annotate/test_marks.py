@@ -77,13 +77,6 @@ def test_a_table_without_visible_gets_the_column_below_which_no_other_cell_comes
     assert read_keypoints(path) == {0: {"hip": Mark(1, 2)}, 1: {"hip": Mark(3, 4, visible=False)}}
 
 
-def test_a_second_save_goes_on_from_the_first(path):
-    table = Table(path)
-    table.save({0: {"hip": Mark(1, 2)}})
-    table.save({4: {"hip": Mark(3, 4)}})
-    assert sorted(read_keypoints(path)) == [0, 4]
-
-
 def test_a_table_that_is_not_there_yet_may_begin_with_marks(path):
     begin = {4: {"hip": Mark(1.0, 2.0)}, 0: {"neck": Mark(3.0, 4.0, visible=False)}}
     table = Table(path, begin=begin)

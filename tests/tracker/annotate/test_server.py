@@ -73,13 +73,14 @@ def test_marks_are_judged_as_the_house_judges_them(client):
     assert "near_toe lies outside" in client.post("check", {"frames": {"0": told(wrong)}})[1]["faults"][0]
 
 
-def test_saving_writes_the_table_and_says_what_comes_next(client, clip, table):
+def test_each_save_goes_on_from_the_last_and_says_what_comes_next(client, clip, table):
     status, reply = client.post("save", {"frames": {"3": told(GOOD)}})
     assert (status, reply["frames"], reply["wrong"], reply["closed"]) == (200, 1, [], False)
     assert read_keypoints(table) == {3: {name: GOOD[name] for name in KEYPOINTS}}
     assert reply["next"] == f"figtrack track {clip.video} --keypoints {table}"
     assert "--anchors" in client.post("save", {"frames": {"5": told(GOOD)}})[1]["next"]
     assert "--facing left" in client.post("save", {"frames": {}, "facing": "left"})[1]["next"]
+    assert sorted(read_keypoints(table)) == [3, 5]
     assert client.thread.is_alive()
 
 

@@ -8,13 +8,12 @@ import pytest
 
 from kinematics.figure_file import load_figure
 from kinematics.spm import View, joints
-from tests.tracker.clips import figtrack, read_csv, refused, write_table, write_video
+from tests.tracker.clips import QUIET, figtrack, read_csv, refused, write_table, write_video
 from tests.tracker.painted import Painted
 from tracker.annotate.marks import Table
 from tracker.annotate.session import MarksRequest, Session
 from tracker.api import follow
 from tracker.foreign.dlc import read_people
-from tracker.progress import Progress
 from tracker.tables.keypoints import points, read_keypoints
 
 FILE = Path(__file__).parents[1] / "five_legs.toml"
@@ -174,7 +173,7 @@ def test_the_marking_page_asks_for_its_joints_in_its_order(film, tmp_path):
 def test_a_run_of_it_can_be_put_right(film, run):
     from tracker.annotate.correction import Correction
 
-    session = Correction(run, None, Progress("quiet"))
+    session = Correction(run, None, QUIET)
     shown = session.opening()["frame"]["figure"]
     assert set(shown) == set(FIVE.marks)
     truth = film.joints[0, [FIVE.joints.index(name) for name in shown]]

@@ -6,13 +6,12 @@ from types import SimpleNamespace
 import pytest
 
 from kinematics.figure_file import WALKER
-from tests.tracker.clips import FPS, write_video
+from tests.tracker.clips import FPS, QUIET, write_video
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.plan import facing_unknown, heading, prepare
 from tracker.clip.start import facing_at, marked_start
-from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
 
@@ -99,7 +98,7 @@ def test_a_job_whose_marks_lack_the_feet_faces_as_the_film_shows(clip, marks, mi
 @pytest.mark.parametrize("facing", [None, 1])
 def test_a_facing_that_nobody_told_is_said(facing, clip, marks):
     job = Job(clip.video, without(marks, FEET), model="cv", facing=facing, stop=1)
-    said = [warning for warning in follow(job, Progress("quiet")).warnings if "face right" in warning]
+    said = [warning for warning in follow(job, QUIET).warnings if "face right" in warning]
     assert len(said) == (facing is None)
 
 

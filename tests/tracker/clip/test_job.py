@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.tracker.clips import figtrack, write_table
+from tests.tracker.clips import QUIET, figtrack, write_table
 from tracker.batch.jobs import COLUMNS, read_jobs
 from tracker.clip.job import Facing, Following, Job, Nearer, Options, options
-from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 
@@ -57,7 +56,7 @@ def test_a_job_keeps_what_the_marks_and_settings_that_were_read_do_not_hold():
 def test_a_cell_of_the_table_asks_for_the_same_as_the_keyword(tmp_path, name):
     value, cell = OTHERS[name]
     write_table(tmp_path / "jobs.csv", [("a.mp4", "k.csv", cell)], ("video", "keypoints", name.rstrip("_")))
-    (row,) = read_jobs(tmp_path / "jobs.csv", tmp_path, Progress("quiet"))
+    (row,) = read_jobs(tmp_path / "jobs.csv", tmp_path, QUIET)
     wanted = tmp_path / value if isinstance(value, Path) else value
     assert row.how == Following(**{name: wanted}) != Following()
 

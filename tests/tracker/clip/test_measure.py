@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from kinematics.recover import start_pose
 from kinematics.sides import exchanged as twins
 from tests.kinematics.figures import WALKER
-from tests.tracker.clips import FPS, figtrack, points_of, read_json, refused, succeeds, write_table
+from tests.tracker.clips import FPS, QUIET, figtrack, points_of, read_json, refused, succeeds, write_table
 from tests.tracker.tracks import random_track
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -20,7 +20,6 @@ from tracker.foreign.dlc import write_dlc
 from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError
 from tracker.loop.detections import EXCHANGED, Detections
-from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 
@@ -148,8 +147,8 @@ def test_points_alone_carry_the_clip_both_ways_from_the_middle(clip, true_points
 
 def test_points_narrow_what_templates_find(clip, true_points, measured):
     job = Job(clip.video, read_keypoints(clip.keypoints), model="cv")
-    with_points = follow(replace(job, measure=measured(true_points)), Progress("quiet"))
-    without = follow(job, Progress("quiet"))
+    with_points = follow(replace(job, measure=measured(true_points)), QUIET)
+    without = follow(job, QUIET)
     assert without.points is None
     assert with_points.points.exchanged == []
     assert with_points.track.cov[5].trace() < without.track.cov[5].trace()
@@ -173,11 +172,11 @@ def test_points_of_few_frames_are_warned_of(clip, true_points, measured):
     places[4:] = np.nan
     points = replace(true_points, places=places)
     job = Job(clip.video, read_keypoints(clip.keypoints), model="cv", settings=Settings(templates=False))
-    few = follow(replace(job, measure=measured(points)), Progress("quiet"))
+    few = follow(replace(job, measure=measured(points)), QUIET)
     assert few.points.frames == 4
     assert any(text.endswith("p.csv has points in 4 of 10 frames") for text in few.warnings)
     assert few.track.outcome[4:] == ("lost",) * 6
-    half = follow(replace(job, measure=measured(points), stop=7), Progress("quiet"))
+    half = follow(replace(job, measure=measured(points), stop=7), QUIET)
     assert not any("has points in" in text for text in half.warnings)
 
 
@@ -186,7 +185,7 @@ def test_between_anchors_the_points_count_too(clip, true_points, measured, tmp_p
     write_table(marks, clip.rows([0, 9]))
     job = Job(clip.video, read_keypoints(marks), settings=Settings(templates=False), anchors=True)
     job = replace(job, measure=measured(true_points))
-    found = follow(job, Progress("quiet")).track
+    found = follow(job, QUIET).track
     assert set(found.outcome) <= {"ok", "hidden"}
     truth = np.stack([clip.joints[name] for name in found.figure.joints], axis=1)
     assert np.linalg.norm(found.joints() - truth, axis=-1).mean() / clip.leg_px < 0.02

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from tests.tracker.clip.filmed import written
+from tests.tracker.clips import QUIET
 from tests.tracker.outline.films import UNIT, film
 from tracker.clip.follow import follow
 from tracker.clip.found import people
-from tracker.progress import Progress
 from videos.frames import Video
 
-QUIET = Progress("quiet")
 LENGTH = 40
 
 pytestmark = pytest.mark.whole

@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 from kinematics.mocap import Sequence as Capture
 from tests.dynamics.hmms import density, random_hmm
 from tests.tracker import gaits
+from tests.tracker.clips import QUIET
 from tests.tracker.models.captures import write_trials
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
@@ -33,11 +34,9 @@ from tracker.experiments.section import (
 from tracker.experiments.splices import LONGEST, SHORTEST, SIDE, Splice, splice
 from tracker.experiments.study import Recipe, Study
 from tracker.models.centred import centred
-from tracker.progress import Progress
 
 pytestmark = pytest.mark.whole
 
-QUIET = Progress("quiet")
 KEYS = ["phases", "classification", "prediction", "synthesis", "interpolation", "runtime"]
 PEOPLE = "abcdef"
 

@@ -13,11 +13,6 @@ from tracker.foreign.text_files import ForeignError
 NOWHERE = (np.nan, np.nan)
 
 
-@pytest.fixture
-def points(rng, tmp_path):
-    return named_points(made_record(rng, tmp_path / "run"), JOINTS, 1)
-
-
 def test_the_layout_to_the_letter(tmp_path):
     places = np.array([[[100.512, 200.95], [140.9494, 300.312]], [[101.021, 200.871], NOWHERE]])
     points = Points(("Hip", "RKnee"), places, np.array([[0.9442, 0.8733], [0.944, 0.0]]))
@@ -31,9 +26,9 @@ def test_the_layout_to_the_letter(tmp_path):
     )
 
 
-def test_the_validator_finds_nothing_wrong(points, tmp_path):
+def test_the_validator_finds_nothing_wrong(rng, tmp_path):
     path = tmp_path / "p.csv"
-    write_dlc(points, path)
+    write_dlc(named_points(made_record(rng, tmp_path / "run"), JOINTS, 1), path)
     said = validated("check_movement.py", path, "--structure-only")
     assert f"'frames': {FRAMES}" in said
     assert "warning" not in said
@@ -44,10 +39,7 @@ def test_the_validator_finds_nothing_wrong(points, tmp_path):
     [
         ("scorer,a,a\nbodyparts,k,k\ncoords,x,y\n0,1,2\n2,3,4\n", {0: (1, 2), 2: (3, 4)}),
         ("scorer,a,a\nindividuals,i,i\nbodyparts,k,k\ncoords,x,y\n0,1,nan\n1,3,4\n", {0: None, 1: (3, 4)}),
-        (
-            "scorer,a,a,a\nbodyparts,k,k,k\ncoords,x,y,likelihood\n0,1,2,\n1,3,4,0\n",
-            {0: (1, 2), 1: None},
-        ),
+        ("scorer,a,a,a\nbodyparts,k,k,k\ncoords,x,y,likelihood\n0,1,2,\n1,3,4,0\n", {0: (1, 2), 1: None}),
         ("\ufeffscorer,a,a\r\nbodyparts,k,k\r\ncoords,y,x\r\n0,2,1\r\n", {0: (1, 2)}),
     ],
 )

@@ -7,15 +7,13 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from dynamics.motion.tasks import Labelling
+from tests.tracker.clips import QUIET
 from tests.tracker.gaits import blanked, both, gait, sequence
 from tracker.motion import label_plot
 from tracker.motion import plots as motion_plots
 from tracker.motion.sticks import GROUND, MARK, SIZE, UNIT, write_clip
-from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS
 from videos.frames import Video
-
-QUIET = Progress("quiet")
 
 
 @pytest.fixture

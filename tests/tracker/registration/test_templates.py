@@ -9,17 +9,7 @@ from scipy.ndimage import map_coordinates
 
 from kinematics.spm import View, covering, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
-from tests.tracker.painted import (
-    BARE,
-    CLASSIC,
-    FULL,
-    STRIDE,
-    VIEW,
-    Painted,
-    covered,
-    levels_of,
-    placed,
-)
+from tests.tracker.painted import BARE, CLASSIC, FULL, STRIDE, VIEW, Painted, covered, levels_of, placed
 from tracker.registration.templates import RIM_WEIGHT, Templates, cut
 from tracker.settings import Settings
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.tracker.clips import write_images
+from tests.tracker.clips import QUIET, write_images
 from tests.tracker.strolls import stroll
 from tests.videos.clips import make_clip, noise
-from tracker.progress import Progress
 from tracker.report.drawing import write_film
 from videos.frames import Video
 
@@ -34,7 +33,7 @@ def test_the_film_shows_what_was_followed_from_its_start_on(finished, tmp_path, 
     if kind == "folder":
         images = [frame.image for frame in Video(finished.job.video)]
         finished.job.video = write_images(tmp_path / "images", images)
-    film = write_film(finished, tmp_path / "film.mp4", Progress("quiet"))
+    film = write_film(finished, tmp_path / "film.mp4", QUIET)
     assert (film.path, film.size) == (tmp_path / "film.mp4", (96, 64))
     assert (film.start > 0.0) is alike
     source = list(Video(finished.job.video))[FIRST:]

@@ -42,11 +42,9 @@ def test_a_playback_speed_is_told_where_it_was_given_or_is_not_an_ordinary_one()
     assert speed(given=True) == "as given"
 
 
-def test_a_clear_walk_has_no_cautions():
+def test_what_limits_a_gait_is_said_and_a_clear_walk_has_no_cautions():
     assert chapter().cautions() == []
-
-
-def test_too_few_strides_and_strides_left_out_and_legs_in_discord_are_said():
+    assert said(chapter(posed(stroll(), root_x=0.0)), "No lengths and no speed")
     assert said(chapter(stroll(0.9)), "No gait figures")
     assert said(chapter(stroll(2.0)), "A figure of one stride")
     assert said(chapter(lost_in(stroll(), 55)), "Left out: 2 strides with")
@@ -62,10 +60,6 @@ def test_facts_say_what_lengths_are_told_in_and_what_the_camera_does():
     facts = dict(chapter(moved, gait=gait_of(moved, known=Known(height=1.75))).facts())
     assert "in metres; a leg length (thigh + shank) is 0." in facts["Lengths"]
     assert "against the background, which the camera moves by up to 90 px" in facts["Lengths"]
-
-
-def test_who_stays_in_place_is_said_to_have_no_lengths():
-    assert said(chapter(posed(stroll(), root_x=0.0)), "No lengths and no speed")
 
 
 @pytest.mark.parametrize(
@@ -92,9 +86,7 @@ def test_curves_are_degrees_with_their_sigma(rng):
 def test_stretches_lie_side_by_side_and_cover_every_frame():
     track = stroll(1.0)
     track = replace(
-        track,
-        motions=("walk",) * 15 + ("run",) * 5 + ("walk",) * 10,
-        outcome=("ok",) * 12 + ("hidden",) * 18,
+        track, motions=("walk",) * 15 + ("run",) * 5 + ("walk",) * 10, outcome=("ok",) * 12 + ("hidden",) * 18
     )
     drawn = chapter(track).drawn()
     assert drawn["motions"] == [[0, 15, "walk"], [15, 20, "run"], [20, 30, "walk"]]
@@ -130,20 +122,23 @@ def test_without_strides_there_are_no_cycles_and_one_stride_has_no_spread():
     assert {leg["sigma"] for leg in hip.values()} == {None}
 
 
-def test_the_norm_is_of_people_who_do_the_same():
+def test_the_norm_is_of_people_who_do_the_same_and_who_goes_backwards_is_said_to():
     told = chapter()
     knee = told.drawn()["cycles"][1]["norm"]
     assert knee == norm_of(told.gait, "knee")
     runs = replace(told, gait=replace(told.gait, motion="run"))
     backwards = chapter(replace(told.track, q=told.track.q[::-1].copy()))
+    assert headline(backwards).startswith("Walks backwards at 109")
     for other in (runs, backwards):
         assert {cycle["norm"] for cycle in other.drawn()["cycles"]} == {None}
 
 
-def test_a_stance_that_was_left_out_is_not_drawn():
-    told = chapter()
-    kept = tuple(measure for measure in told.gait.measures if measure.name != "stance share")
-    drawn = replace(told, gait=replace(told.gait, measures=kept)).drawn()
+def test_what_was_not_measured_is_neither_told_nor_drawn():
+    gait = chapter().gait
+    kept = tuple(measure for measure in gait.measures if measure.name not in ("stance share", "speed"))
+    told = chapter(gait=replace(gait, measures=kept))
+    assert headline(told) == "Walks at 109 steps a minute."
+    drawn = told.drawn()
     assert {leg["off"] for cycle in drawn["cycles"] for leg in cycle["legs"].values()} == {None}
     assert drawn["floor"] == {"near": [], "far": []}
 
@@ -168,17 +163,6 @@ def test_the_headline_has_cadence_speed_and_stance():
     metres = chapter(gait=gait_of(told.track, known=Known(scale=160.0)))
     assert f"minute, {1.2 * metres.gait.leg:.2f} m a second;" in headline(metres)
     assert headline(chapter(gait=replace(told.gait, motion="run"))).startswith("Runs at 109 steps")
-
-
-def test_what_was_not_measured_is_not_told():
-    told = chapter()
-    kept = tuple(m for m in told.gait.measures if m.name not in ("stance share", "speed"))
-    assert headline(chapter(gait=replace(told.gait, measures=kept))) == "Walks at 109 steps a minute."
-
-
-def test_who_goes_backwards_is_said_to():
-    track = stroll()
-    assert headline(chapter(replace(track, q=track.q[::-1].copy()))).startswith("Walks backwards at 109")
 
 
 def test_the_way_is_judged_by_the_seconds_walked():

@@ -1,9 +1,8 @@
 """The page of a batch: every clip has its row, its picture and its link, and names are no HTML."""
 
-import json
-
 import pytest
 
+from tests.tracker.desk.desks import a_run
 from tests.tracker.report.reports import write_clip
 from tracker.report.overview import MADE, write_overview
 
@@ -11,12 +10,7 @@ from tracker.report.overview import MADE, write_overview
 @pytest.fixture
 def place(tmp_path):
     """A folder with the run of a clip in it."""
-    run = tmp_path / "a b-track"
-    run.mkdir()
-    news = {"figtrack": "0", "video": "a b.mp4", "fps": 25, "frames": 3, "facing": "right"}
-    news |= {"headline": "Walks <slowly>.", "warnings": ["A & B."]}
-    (run / "run.json").write_text(json.dumps(news))
-    (run / "report.html").write_text("a report")
+    run = a_run(tmp_path, headline="Walks <slowly>.", warnings=["A & B."]).rename(tmp_path / "a b-track")
     write_clip(run / "overlay.mp4", [0.0, 0.1, 0.2])
     return tmp_path
 

@@ -49,13 +49,13 @@ def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
     assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
 
 
-def test_from_its_end_the_clip_plays_again_from_the_start(browser, tmp_path):
+def test_from_its_end_the_clip_plays_again_from_the_start_and_goes_where_the_slider_is_put(browser, tmp_path):
     report = Report(browser, made(tmp_path))
     last = round(SECONDS * FPS) - 1
     report.go(last)
     browser.push("#play")
     browser.wait(f"Number(document.querySelector('#frame').value) < {last - 10}")
-    browser.push("#play")
+    report.go(41)
 
 
 def test_a_click_in_a_plot_goes_there(browser, tmp_path):
@@ -65,13 +65,6 @@ def test_a_click_in_a_plot_goes_there(browser, tmp_path):
     for frame in (44, 7):
         browser.click(left + 1 + (width - 1) * frame / last, top + height / 2)
         report.shows(frame)
-
-
-def test_the_slider_goes_where_it_is_put_while_the_clip_plays(browser, tmp_path):
-    report = Report(browser, made(tmp_path))
-    browser.push("#play")
-    browser.wait("Number(document.querySelector('#frame').value) > 2")
-    report.go(41)
 
 
 def test_several_models_move_together_on_one_source_and_each_has_its_name_and_numbers(browser, tmp_path):
