@@ -268,5 +268,5 @@ def test_rows_are_of_all_films_and_of_every_kind():
     rows = {cells[0]: cells[1:] for cells in by_kind(cases)}
     assert list(rows) == ["**all**", "gait: run", "gait: walk"]
     assert [rows[name][0] for name in rows] == ["3", "2", "1"]
-    assert rows["**all**"][2] == "90 (70)"
+    assert rows["**all**"][2] == "90/70"
     assert rows["gait: run"][3:7] == ["1", "1", "1", "1"]

@@ -14,10 +14,9 @@ true joints, hidden ones too, are scored. Marked films start from the true joint
 as `figtrack track` does.
 """
 KINDS = """\
-The error is the median of the films' mean errors in leg lengths; inside is the share of visible joints within
-two standard deviations, and in brackets that of hidden ones, for which 86.5 % is expected. Unmarked starts
-are wrong where their joints err by more than 0.25 leg lengths, the facing is wrong, or legs are exchanged
-that no warning announced.
+The error is the median of the films' mean errors in leg lengths; inside is the share of visible/hidden joints
+within two standard deviations, for which 86.5 % is expected. Unmarked starts are wrong where their joints err
+by more than 0.25 leg lengths, the facing is wrong, or legs are exchanged that no warning announced.
 """
 HEADER = (
     "kind",
@@ -105,7 +104,7 @@ def _cells(cases: Sequence[Case]) -> list[str]:
     return [
         str(len(cases)),
         f"{median(tracks):.3f}",
-        "{:.0f} ({:.0f})".format(*(100.0 * share for share in _inside(tracks))),
+        "{:.0f}/{:.0f}".format(*(100.0 * share for share in _inside(tracks))),
         str(named),
         str(sum(start.placed and start.facing for start in starts)),
         str(sum(start.placed and start.near for start in starts)),
