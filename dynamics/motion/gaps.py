@@ -73,7 +73,8 @@ def _filled(
     slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool, constants: Mapping[str, float]
 ) -> Gaussian:
     """The poses of one piece and of the frames around it."""
-    placed, by_one = (model.with_constants(constants) for model in (_placed(slds), by_motion(_placed(slds))))
+    placed = _placed(slds)
+    placed, by_one = (model.with_constants(constants) for model in (placed, by_motion(placed)))
     slds = slds.with_constants(constants)
     local = from_origin(y, slds.names, slds.travelling)
     x = np.repeat(viterbi(by_one, local).states.mean[None], PATHS, 0)

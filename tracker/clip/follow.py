@@ -88,8 +88,9 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
     track = agreed(plan, _track(plan, span[0], *_followed(plan, span, clock, progress)))
     if kept is not None:
         track = kept.joined(track)
-    looks = 1.0 if plan.beside else playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
-    rate = job.rate or looks
+    rate = job.rate or 1.0
+    if job.rate is None and not plan.beside:
+        rate = playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
     track = replace(track, motions=motions_of(plan, track, rate), outcome=in_time(track.outcome))
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(

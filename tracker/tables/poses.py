@@ -138,15 +138,13 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
     said = []
     small = [sequence.name for sequence in sequences if _in_radians(sequence)]
     if small:
-        more = f" and {len(small) - 1} more" if len(small) > 1 else ""
         said.append(
-            f"every angle of sequence {small[0]!r}{more} lies within {RADIANS} degrees although the figure "
+            f"every angle of {_named(small)} lies within {RADIANS} degrees although the figure "
             "moves; these may be radians, write degrees"
         )
     back = [sequence.name for sequence in sequences if sequence.order(fps).step < 0]
     if back:
-        more = f" and {len(back) - 1} more" if len(back) > 1 else ""
-        said.append(f"root_x of sequence {back[0]!r}{more} falls, so the figure goes backwards")
+        said.append(f"root_x of {_named(back)} falls, so the figure goes backwards")
     others = [each for each in sequences if each.fps is not None and abs(each.fps / fps - 1.0) > 0.05]
     if others:
         said.append(
@@ -205,6 +203,10 @@ def _fps(times: Array) -> float | None:
         return None
     step = np.median(np.diff(times[timed]) / np.diff(timed))
     return float(1.0 / step) if step > 0 else None
+
+
+def _named(names: list[str]) -> str:
+    return f"sequence {names[0]!r}" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
 def _in_radians(sequence: PoseSequence) -> bool:
