@@ -19,18 +19,13 @@ from kinematics.text_file import why
 def load_figure(source: str | Path = "walker") -> Figure:
     """A figure that ships, by name, or one from a TOML file; ValueError: no such figure, not TOML, or as
     `figure_from`."""
-    path, folder = Path(source), resources.files("kinematics") / "figures"
-    shipped = folder / f"{source}.toml"
-    if path.suffix == ".toml":
-        if not path.is_file():
-            raise ValueError(f"no figure file {path}; give a TOML file that exists")
+    path = Path(source)
+    if path.suffix != ".toml":
+        content = _shipped(str(source), "give the path of a TOML file")
+    elif path.is_file():
         content = path.read_bytes()
-    elif shipped.is_file():
-        content = shipped.read_bytes()
     else:
-        names = sorted(each.name.removesuffix(".toml") for each in folder.iterdir())
-        known = f"{', '.join(names[:-1])} and {names[-1]}"
-        raise ValueError(f"no figure {str(source)!r} ships, only {known}; give the path of a TOML file")
+        raise ValueError(f"no figure file {path}; give a TOML file that exists")
     try:
         table = tomllib.loads(content.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # the parser has several ways to fail
@@ -42,6 +37,15 @@ def load_figure(source: str | Path = "walker") -> Figure:
     except (ValueError, OverflowError) as error:
         raise ValueError(f"figure {source}: {error}") from error
     return figure
+
+
+def _shipped(name: str, otherwise: str) -> bytes:
+    folder = resources.files("kinematics") / "figures"
+    if (file := folder / f"{name}.toml").is_file():
+        return file.read_bytes()
+    names = sorted(each.name.removesuffix(".toml") for each in folder.iterdir())
+    known = f"{', '.join(names[:-1])} and {names[-1]}"
+    raise ValueError(f"no figure {name!r} ships, only {known}; {otherwise}")
 
 
 def _check_outlined(figure: Figure) -> None:
@@ -59,13 +63,16 @@ def _check_outlined(figure: Figure) -> None:
 def figure_from(table: Mapping[str, Any]) -> Figure:
     """A figure from a parsed TOML table; angles there are degrees. ValueError: a key is unknown, missing or
     of the wrong kind, or the links do not form a tree."""
-    _check_keys(table, "the figure", {"name": str, "base": str, "links": [dict]}, _FIGURE)
-    links = tuple(_link_from(entry) for entry in table["links"])
+    table = _whole(table)
+    _check_keys(table, "the figure", _NEEDED, _FIGURE)
+    links = _links(table["links"])
+    if "extends" in table:
+        links = sorted(links, key=lambda link: not link.learned)
     marks = tuple(table.get("marks", (table["base"], *(link.joint for link in links))))
     return Figure(
         name=table["name"],
         base=table["base"],
-        links=links,
+        links=tuple(links),
         leg=tuple(table.get("leg", ())),
         marks=marks,
         optional=tuple(table.get("optional", ())),
@@ -75,6 +82,32 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
         panels=tuple(_panel(entry) for entry in table["panels"]) if "panels" in table else _panels(links),
         hints=table.get("hints", {}),
     )
+
+
+def _whole(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The table, with the keys of the shipped figure that it extends, whose links come first."""
+    if "extends" not in table:
+        return table
+    _check_keys(table, "the figure", {"name": str}, _NEEDED | _FIGURE)
+    base = _whole(tomllib.loads(_shipped(table["extends"], "extend one of these").decode("utf-8")))
+    links = [*base["links"], *table.get("links", ())]
+    return {**base, **table, "links": links, "hints": base.get("hints", {}) | table.get("hints", {})}
+
+
+def _links(entries: Sequence[Mapping[str, Any]]) -> list[Link]:
+    """The links of a table; one that is like another is its copy on the other side but for its own keys."""
+    links, written = [], dict[str, Mapping[str, Any]]()
+    for entry in entries:
+        if (like := entry.get("like")) is not None:
+            _check_kind("like", like, str, "a link")
+            if like not in written:
+                raise ValueError(f"a link is like {like!r}, which is no link before it; list it first")
+            model = written[like].items()
+            twin = {key: other_side(value) if isinstance(value, str) else value for key, value in model}
+            entry = twin | {key: value for key, value in entry.items() if key != "like"}
+        links.append(_link_from(entry))
+        written[entry["name"]] = entry
+    return links
 
 
 def _panels(links: Sequence[Link]) -> tuple[Panel, ...]:
@@ -101,10 +134,11 @@ def _panel(entry: Mapping[str, Any]) -> Panel:
 
 
 # Kinds of values: [str] is a list of texts, {"": str} a table of them.
+_NEEDED: dict[str, Any] = {"name": str, "base": str, "links": [dict]}
 _FIGURE: dict[str, Any] = {key: [str] for key in ("leg", "marks", "optional", "scored")}
-_FIGURE |= {"ahead": [[str]], "panels": [dict], "outline": str, "hints": {"": str}}
-_NEEDED = {"name": str, "joint": str, "length": float, "width": float}
-_OPTIONAL: dict[str, Any] = dict.fromkeys(("parent", "freedom", "twin", "offset"), str)
+_FIGURE |= {"ahead": [[str]], "panels": [dict], "outline": str, "hints": {"": str}, "extends": str}
+_OF_LINK = {"name": str, "joint": str, "length": float, "width": float}
+_OPTIONAL: dict[str, Any] = dict.fromkeys(("parent", "freedom", "twin", "offset", "like"), str)
 _OPTIONAL |= dict.fromkeys(("at", "rest", "taper"), float) | dict.fromkeys(("sense", "layer"), int)
 _OPTIONAL |= dict.fromkeys(("breathes", "learned"), bool) | {"limits": [float]}
 _WORDS = {str: "text", float: "a number", int: "a whole number", bool: "true or false"}
@@ -113,11 +147,11 @@ _WORDS |= {list: "a list", dict: "a table"}
 
 def _link_from(entry: Mapping[str, Any]) -> Link:
     where = f"link {entry.get('name', '?')!r}"
-    _check_keys(entry, where, _NEEDED, _OPTIONAL)
+    _check_keys(entry, where, _OF_LINK, _OPTIONAL)
     limits = entry.get("limits", [-180.0, 180.0])
     if len(limits) != 2:
         raise ValueError(f"{where}: limits must be two angles; got {limits}")
-    numbers = {key: float(value) for key, value in entry.items() if (_NEEDED | _OPTIONAL)[key] is float}
+    numbers = {key: float(value) for key, value in entry.items() if (_OF_LINK | _OPTIONAL)[key] is float}
     angles = {
         "rest": np.radians(numbers.get("rest", 0.0)).item(),
         "limits": tuple(np.radians([float(limit) for limit in limits]).tolist()),

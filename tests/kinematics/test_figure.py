@@ -123,6 +123,18 @@ def test_degrees_become_radians_and_what_is_left_out_its_default():
     assert WALKER.links[0].rest == pytest.approx(np.pi / 2.0)
 
 
+def test_a_figure_may_extend_one_that_ships_and_a_link_be_like_its_twin():
+    tail = {"name": "tail_near", "joint": "near_tip", "freedom": "wag_near", "length": 1.0, "width": 0.1}
+    links = [tail, {"like": "tail_near", "length": 2.0}]
+    mine = figure_from({"name": "mine", "extends": "walker", "links": links, "hints": {"hip": "here"}})
+    assert mine.marks == WALKER.marks
+    assert mine.hints == {**WALKER.hints, "hip": "here"}
+    [one, two] = [link for link in mine.links if link not in WALKER.links]
+    far = {"name": "tail_far", "joint": "far_tip", "freedom": "wag_far"}
+    assert two == replace(one, **far, length=2.0)
+    assert [link.learned for link in mine.links] == [True] * 8 + [False] * 2  # the feet come last
+
+
 def swapped(text, old, new):
     assert text.count(old) == 1
     return text.replace(old, new)
@@ -155,6 +167,8 @@ OF_THE_FIGURE = {
         "panels of figure 'arm' names 'twist'; known are root_x, ",
     ),
     "panel without a title": ("panels = [{}]", "lacks the key 'title'"),
+    "extends no figure": ('extends = "cow"', "no figure 'cow' ships, only horse, .*; extend one of these"),
+    "extends a number": ("extends = 3", "the figure: extends must be text; got 3"),
 }
 OF_A_LINK = {
     "unknown key of a link": ("lenght = 1", "link 'fore' has the unknown key 'len"),
@@ -165,6 +179,8 @@ OF_A_LINK = {
     "half a sense": ("sense = 1.5", "link 'fore': sense must be a whole number; got 1.5"),
     "breathes as text": ('breathes = "no"', "'fore': breathes must be true or false"),
     "no such offset": ('offset = "far"', "offset must be '', 'marked'; got 'far'"),
+    "like no link": ('like = "wing"', "a link is like 'wing', which is no link before it; list it first"),
+    "like a number": ("like = 3", "a link: like must be text; got 3"),
     "no such twin": ('twin = "wing"', "its twin 'wing' is no link of the figure"),
 }
 MISTAKES = {
