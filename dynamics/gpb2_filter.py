@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import LOG_2PI, Array, Flags, Gaussian
+from dynamics.gaussian import LOG_2PI, Array, Gaussian
 from dynamics.kalman import update
 from dynamics.slds import SLDS
 
@@ -79,7 +79,8 @@ def filter_steps(slds: SLDS, frames: Frames, switch: Switch | None = None) -> It
     ValueError where no switching state is possible."""
     from dynamics.pairs import constants, gpb2_rows  # slow to import
 
-    measured = _measured(frames)
+    measured = np.asarray(np.isfinite(frames.y).any(0))  # the other entries would only cost time
+    measured[0] |= not measured.any()
     y, C, R = np.compress(measured, frames.y, axis=1), slds.C[measured], slds.R[np.ix_(measured, measured)]
     extra = frames.hints - 0.5 * LOG_2PI * (~np.isnan(y)).sum(-1)[:, None]
     system, log_switch = constants(slds, C, R), slds.log_Pi[None]
@@ -123,13 +124,6 @@ def _possible(step: Step, frames: Frames) -> Step:
         t = np.searchsorted(frames.first, step.rows.start + impossible[0], "right") - 1
         raise ValueError(f"no switching state is possible at frame {t}; see pi0, Pi, y and hints")
     return step
-
-
-def _measured(frames: Frames) -> Flags:
-    """(M,) whether any row measures each entry, at least one true; the other entries would only cost time."""
-    measured = np.asarray(np.isfinite(frames.y).any(0))
-    measured[0] |= not measured.any()
-    return measured
 
 
 def normalised(logs: Array, axis: int) -> tuple[Array, Array]:

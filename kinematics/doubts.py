@@ -37,7 +37,8 @@ def doubts(figure: Figure, marks: Marks, facing: int) -> list[str]:
     wrong = _wrong(figure, marks, facing)
     if not wrong or not _wrong(figure, marks, -facing):  # nothing is exchanged if only the facing is wrong
         return wrong
-    cures = [pair for pair in _pairs(figure, marks) if _cured(figure, marks, facing, pair)]
+    exchanged = {(a, b): {**marks, a: marks[b], b: marks[a]} for a, b in _pairs(figure, marks)}
+    cures = [pair for pair, better in exchanged.items() if not _wrong(figure, better, facing)]
     cures = [pair for pair in cures if any(name in wrong[0] for name in pair)] or cures
     names = [f"{one} and {other}" for one, other in cures]
     return [f"{', or '.join(names)} look exchanged: {wrong[0]}"] if names else wrong
@@ -141,10 +142,3 @@ def _pairs(figure: Figure, marks: Marks) -> list[tuple[str, str]]:
     pairs = [(names[i], names[twin]) for i, twin in enumerate(figure.joint_twins.tolist()) if i < twin]
     pairs += [(_start(figure, link), link.joint) for link in figure.links]
     return [(one, other) for one, other in pairs if one in marks and other in marks]
-
-
-def _cured(figure: Figure, marks: Marks, facing: int, pair: tuple[str, str]) -> bool:
-    """Whether the marks show no fault once the two of a pair are exchanged."""
-    one, other = pair
-    better = {**marks, one: marks[other], other: marks[one]}
-    return not _wrong(figure, better, facing)

@@ -243,22 +243,16 @@ class Figure:
         links, scale = self.links, self.freedoms.index(SCALE)
         turns = [link.freedom is not None for link in links]
         stretches = [STRETCH + link.name if link.breathes else SCALE for link in links]
+        alike = ("breathes", "rest", "length", "width", "taper", "layer")
         return Layout(
             scale=scale,
             angle=np.array([self.freedoms.index(link.freedom or SCALE) for link in links]),
             stretch=np.array([self.freedoms.index(name) for name in stretches]),
             turns=np.array(turns),
-            breathes=np.array([link.breathes for link in links]),
-            sense=np.array(
-                [link.sense if turn else 0 for link, turn in zip(links, turns, strict=True)], float
-            ),
-            rest=np.array([link.rest for link in links]),
-            length=np.array([link.length for link in links]),
-            width=np.array([link.width for link in links]),
-            taper=np.array([link.taper for link in links]),
-            layer=np.array([link.layer for link in links]),
+            sense=np.where(turns, [link.sense for link in links], 0.0),
             chain=self.chain.astype(float),
             reach=self.reach,
+            **{name: np.array([getattr(link, name) for link in links]) for name in alike},
         )
 
     @cached_property

@@ -79,7 +79,7 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
         ahead=tuple(_pair(entry) for entry in table.get("ahead", ())),
         scored=tuple(table.get("scored", marks)),
         outline=table.get("outline", ""),
-        panels=tuple(_panel(entry) for entry in table["panels"]) if "panels" in table else _panels(links),
+        panels=tuple(map(_panel, table["panels"])) if "panels" in table else _panels(links),
         hints=table.get("hints", {}),
     )
 

@@ -64,7 +64,10 @@ def learn(
     (seed,) = np.random.SeedSequence(options.seed).spawn(1)
     guess = first_guess(ys, options.states, layout, np.random.default_rng(seed))
     try:
-        slds = _first_model(blank, ys, guess, prior, w)
+        # Noise that maximum likelihood fits to zero is raised a little.
+        blur = 1e-5 * np.diag(np.tile(changes(ys, layout.order), layout.order))
+        blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in guess]
+        slds = replace(maximise(blank, ys, blurred, prior, w), R=blank.R)
         return _climb(slds, ys, prior, w, options, infer)
     except np.linalg.LinAlgError as error:
         raise ValueError(
@@ -141,15 +144,6 @@ def _blank(ys: Sequence[Array], layout: Layout, options: Options, label: str, fp
         labels=(label,) * K,
         fps=fps,
     )
-
-
-def _first_model(
-    blank: SLDS, ys: Sequence[Array], guess: Sequence[Posterior], prior: Prior, weights: Array
-) -> SLDS:
-    """The model from the starting labels; noise that maximum likelihood fits to zero is raised a little."""
-    blur = 1e-5 * np.diag(np.tile(changes(ys, blank.order), blank.order))
-    blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in guess]
-    return replace(maximise(blank, ys, blurred, prior, weights), R=blank.R)
 
 
 def _in_order(ys: Sequence[Array], weights: Array) -> tuple[list[Array], Array]:

@@ -42,8 +42,11 @@ def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
     d, N = layout.d, layout.N
     spread, change = changes(ys, 0), changes(ys, layout.order)
     speed = (np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2).mean(axis=0)
+    x = np.concatenate(ys if layout.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
+    size = ((x @ layout.regard.T) ** 2).mean(axis=0)
+    regressors = np.append(np.where(size > 0, size, 1.0), 1.0)
     frames = sum(len(y) for y in ys)
-    strength = options.prior * options.ridge * _regressor_sizes(ys, layout) * frames / (4.0 * options.states)
+    strength = options.prior * options.ridge * regressors * frames / (4.0 * options.states)
     # A travelling freedom starts near its first place, however far it goes.
     places = np.where(layout.travels, np.minimum(spread, speed + STILL), spread)
     return Prior(
@@ -85,10 +88,3 @@ def log_prior(slds: SLDS, prior: Prior) -> float:
 def inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
     """Log density of a covariance (M, M), up to a constant."""
     return float(-0.5 * (count * np.linalg.slogdet(cov)[1] + np.trace(np.linalg.solve(cov, scatter))))
-
-
-def _regressor_sizes(ys: Sequence[Array], layout: Layout) -> Array:
-    """(N' + 1,) mean square of each regressor."""
-    x = np.concatenate(ys if layout.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
-    size = ((x @ layout.regard.T) ** 2).mean(axis=0)
-    return np.append(np.where(size > 0, size, 1.0), 1.0)

@@ -98,11 +98,6 @@ def rival_errors(
     }
 
 
-def best_noises(tried: dict[Noises, list[Errors]]) -> Noises:
-    """The noises with the least error."""
-    return min(tried, key=lambda pair: rms(tried[pair]))
-
-
 def rival(change: float, measured: float) -> SLDS:
     """Constant velocity with noises in degrees: change of speed a frame, and measurement."""
     M = len(POSE_COLUMNS)

@@ -99,14 +99,10 @@ def _frame(front: list[str], path: Path) -> int:
 
 
 def _person(cells: dict[Column, float], who: str) -> Person:
-    parts = {
-        part: (x, cells[who, part, "y"], _likelihood(cells.get((who, part, "likelihood"), 1.0)))
-        for (owner, part, axis), x in cells.items()
-        if owner == who and axis == "x"
-    }
+    parts = {}
+    for (owner, part, axis), x in cells.items():
+        if owner == who and axis == "x":
+            sure = cells.get((who, part, "likelihood"), np.nan)
+            # Data without confidence are written without a likelihood.
+            parts[part] = x, cells[who, part, "y"], 1.0 if np.isnan(sure) else sure
     return person(parts)
-
-
-def _likelihood(told: float) -> float:
-    """1 for a point without a likelihood, as data without confidence are written."""
-    return 1.0 if np.isnan(told) else told

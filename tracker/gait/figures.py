@@ -119,7 +119,8 @@ def runs(track: Track) -> bool:
       apart the hip is low in a walk, and high in the flight of a run;
     - the motion model's label of each frame.
     """
-    return _bend(track) + _bounce(track) + _label(track) > 0.0
+    said = [LABELS[motion] for motion in track.motions if motion in LABELS]
+    return _bend(track) + _bounce(track) + (float(np.mean(said)) if said else 0.0) > 0.0
 
 
 def _in_film(strides: Mapping[Side, Strides], track: Track, film: Track) -> Mapping[Side, Strides]:
@@ -161,7 +162,7 @@ def turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
     """Times of the peaks of joint angles in the stride, per cent of it."""
     for joint, (name, greatest) in TURNS.items():
         if found := _of_legs(track, strides, joint, partial(_turn, greatest=greatest)):
-            yield Measure.of_moments(name, "% of stride", found)
+            yield Measure.of_moments(name, found)
 
 
 def _of_legs(
@@ -219,11 +220,6 @@ def _bounce(track: Track) -> float:
     if seen.sum() < 3 or not (height[seen].std() > 0.0 and apart[seen].std() > 0.0):
         return 0.0
     return float(np.corrcoef(height[seen], apart[seen])[0, 1])
-
-
-def _label(track: Track) -> float:
-    said = [LABELS[motion] for motion in track.motions if motion in LABELS]
-    return float(np.mean(said)) if said else 0.0
 
 
 def _mean_around(values: Array, wide: int) -> Array:

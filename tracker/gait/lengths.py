@@ -101,15 +101,12 @@ def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[
     found: dict[float, tuple[float, float]] = {}
     for stride in strides.sound:
         for strike in (stride.strike, stride.end):
-            rows = _flat(strike.at - track.first, stride.off.at - stride.strike.at)
+            flat = strike.at - track.first + np.array(FLAT) * (stride.off.at - stride.strike.at)
+            begin = int(np.ceil(flat[0]))
+            rows = slice(begin, max(int(flat[1]), begin) + 1)
             if rows.stop <= len(track) and track.measured[rows].all():
                 # Errors of neighbouring frames are correlated, so the mean gets the variance of one frame.
                 by_pose = joint_jacobian(track.figure, track.q[rows])[:, ankle, 0]
                 variances = np.einsum("ti,tij,tj->t", by_pose, track.cov[rows], by_pose)
                 found[strike.at] = float(along[rows].mean()), float(variances.mean())
     return found
-
-
-def _flat(strike: float, stance: float) -> slice:
-    first = int(np.ceil(strike + FLAT[0] * stance))
-    return slice(first, max(int(strike + FLAT[1] * stance), first) + 1)

@@ -118,12 +118,11 @@ def read_weights() -> dict[str, Weights]:
     """The shipped weights, by the names from `named`."""
     source = resources.files("tracker.gait") / "moments.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
-        return {name: _unpacked(row) for name, row in stored.items()}
-
-
-def _unpacked(row: Array) -> Weights:
-    base, error, shared = row[:3].tolist()
-    return Weights(base, row[3:].reshape(-1, len(WINDOW)), error, shared)
+        rows = {name: np.split(row, [1, 2, 3]) for name, row in stored.items()}
+    return {
+        name: Weights(base.item(), w.reshape(-1, len(WINDOW)), error.item(), shared.item())
+        for name, (base, error, shared, w) in rows.items()
+    }
 
 
 def named(kind: str, runs: bool, toes: bool) -> str:

@@ -28,7 +28,8 @@ def times(track: Track, strides: Mapping[Side, Strides], runs: bool) -> Iterator
         SWING, "%", {side: [s._replace(value=100.0 - s.value) for s in stances[side]] for side in SIDES}
     )
     if runs:
-        yield Measure.of("flight time", "s", {side: list(_flights(track, strides, side)) for side in SIDES})
+        flights = {side: [_flight(track, *each) for each in steps(strides, side)] for side in SIDES}
+        yield Measure.of("flight time", "s", flights)
     else:
         yield Measure.common(DOUBLE, "%", {side: list(_together(strides, side)) for side in SIDES})
 
@@ -77,10 +78,9 @@ def _together(strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
             )
 
 
-def _flights(track: Track, strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
-    """Seconds from each leaving to the other foot's strike."""
-    for stride, strike in steps(strides, side):
-        yield span(track, stride.off, strike)._replace(shared=_pace(track) * _shared(stride))
+def _flight(track: Track, stride: Stride, strike: Event) -> Sample:
+    """Seconds from the leaving to the other foot's strike."""
+    return span(track, stride.off, strike)._replace(shared=_pace(track) * _shared(stride))
 
 
 def _cadence(stride: Value | None) -> Value | None:

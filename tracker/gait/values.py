@@ -74,8 +74,9 @@ class Measure:
         return cls(name, unit, both=_mean([sample for side in SIDES for sample in samples[side]], overlaps))
 
     @classmethod
-    def of_moments(cls, name: str, unit: str, samples: Samples) -> "Measure":
-        measure = cls.of(name, unit, samples)
+    def of_moments(cls, name: str, samples: Samples) -> "Measure":
+        """Moments in the stride, per cent of it."""
+        measure = cls.of(name, "% of stride", samples)
         return replace(measure, symmetry=_difference(measure.near, measure.far))
 
     def plain(self) -> dict[str, object]:

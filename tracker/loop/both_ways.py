@@ -122,7 +122,10 @@ def between_anchors(
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
     apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
     worst = (max(e.misfit for e in (*there, *back)) or 1.0) * MORE
-    costs = [_costs(way, worst) for way in (there, back)]
+    costs = [
+        np.array([max(e.misfit if e.outcome.measured else worst, LEAST) for e in way])
+        for way in (there, back)
+    ]
     if apart.max() > FAR:
         until = np.append(0.0, costs[0].cumsum()) + np.append(costs[1][::-1].cumsum()[::-1], 0.0)
         least = np.flatnonzero(until <= until.min() + LEAST)
@@ -140,11 +143,6 @@ def _in_scene_of(a: Estimate, b: Estimate, tracker: Tracker) -> Estimate:
     mean[: len(ROOT)] = ways[0].to_body(ways[1].to_pixels(mean[: len(ROOT)]))
     mean[tracker.figure.index(SCALE)] += np.log(ways[1].unit / ways[0].unit)
     return replace(b, pose=Gaussian(mean, b.pose.cov), moved=a.moved)
-
-
-def _costs(way: Sequence[Estimate], worst: float) -> Array:
-    """Misfits of a pass; `worst`, more than any, where the figure was not found."""
-    return np.array([max(e.misfit if e.outcome.measured else worst, LEAST) for e in way])
 
 
 def _between(a: Estimate, b: Estimate, share: float) -> Estimate:

@@ -122,7 +122,10 @@ class Tracker:
         """The state after registration, and the registration of the best hypothesis."""
         priors = self.pose(proposed.states)
         levels = self._levels(image, state.curve, self._around(priors))
-        field = Field(state.templates, levels, self.figure, self.view, self._tempered, state.scenery)
+        # The points of a second count as at the usual rate.
+        tempering = self.settings.tempering / often(self.slds.fps)
+        settings = self.settings.model_copy(update={"tempering": tempering})
+        field = Field(state.templates, levels, self.figure, self.view, settings, state.scenery)
         starts = None if state.outcome.measured else sought(field, priors, proposed.best)
         found = align(field, priors, starts)
         fused = self.conditioned(proposed, priors, found).levelled()
@@ -195,12 +198,6 @@ class Tracker:
         belief = state.belief
         s = int(belief.s[belief.best])
         return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.moved)
-
-    @property
-    def _tempered(self) -> Settings:
-        """The settings, tempered so that the points of a second count as at the usual rate."""
-        tempering = self.settings.tempering / often(self.slds.fps)
-        return self.settings.model_copy(update={"tempering": tempering})
 
     @property
     def _detector(self) -> Detector:

@@ -52,13 +52,12 @@ def in_columns(rows: Sequence[Sequence[str]]) -> str:
 
 def gait_table(gait: Gait) -> Markup:
     """The gait figures as HTML, each with two standard errors."""
-    return html_table(GAIT_COLUMNS, [_gait_row(measure) for measure in gait.measures])
-
-
-def _gait_row(measure: Measure) -> Sequence[str]:
-    values = [spoken(value, measure.unit) for value in (measure.near, measure.far, measure.both)]
-    name = Markup("{} <small>{}</small>").format(measure.name, unit_of(measure))
-    return (name, *map(small_errors, [*values, spoken(measure.symmetry, "%")]))
+    rows = []
+    for measure in gait.measures:
+        name = Markup("{} <small>{}</small>").format(measure.name, unit_of(measure))
+        values = [spoken(value, measure.unit) for value in (measure.near, measure.far, measure.both)]
+        rows.append([name, *map(small_errors, [*values, spoken(measure.symmetry, "%")])])
+    return html_table(GAIT_COLUMNS, rows)
 
 
 def unit_of(measure: Measure) -> str:

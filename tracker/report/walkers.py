@@ -22,10 +22,11 @@ WAYS = {1: "right", -1: "left", 0: "none"}
 
 def write_people(path: Path, people: Sequence[Person]) -> None:
     """Write the table of the people found: frames, start frame and box, directions, motion, certainty."""
-    rows = [
-        (number, one.first, one.last, one.frame, *box(one), *_ways(one), *_sureness(one))
-        for number, one in enumerate(people, 1)
-    ]
+    rows = []
+    for number, one in enumerate(people, 1):
+        where = number, one.first, one.last, one.frame, *box(one), *_ways(one)
+        score, margin = f"{float(np.median(one.outline.score)):.2f}", f"{one.turned:.2f}"
+        rows.append((*where, score, margin, nearer(one), int(sure_of_leg(one))))
     write_table(path, COLUMNS + SURENESS, rows)
 
 
@@ -65,11 +66,6 @@ def box(one: Person) -> tuple[int, int, int, int]:
 
 def _ways(one: Person) -> tuple[str, str, str]:
     return WAYS[one.facing], WAYS[one.direction], one.outline.gait
-
-
-def _sureness(one: Person) -> tuple[str, str, str, int]:
-    score = f"{float(np.median(one.outline.score)):.2f}"
-    return score, f"{one.turned:.2f}", str(nearer(one)), int(sure_of_leg(one))
 
 
 def _limbs(one: Person) -> list[Segment]:

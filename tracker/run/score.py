@@ -69,7 +69,6 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
 def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
     """Errors of a track in every marked frame after the start frame. ValueError: no such frame has a scored
     joint, or no leg is wholly marked."""
-    twins = _twins(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
     if not later:
@@ -82,6 +81,8 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
         raise ValueError(f"the truth marks none of {scored} after frame {start}; mark some")
     everything = np.concatenate([list(error.values()) for error in errors.values()])
     failure = _first_failure(means)
+    every = {figure.links[i].joint: figure.links[twin].joint for i, twin in figure.twins.items()}
+    twins = {name: every[name] for name in figure.scored if name in every}
     angles = [angle for frame in later for angle in _angles(figure, truth[frame], found.get(frame, {}))]
     return Score(
         first_failure_frame=failure,
@@ -114,12 +115,6 @@ def _joints(figure: Figure) -> list[str]:
     """The joints of a leg, from its parent's."""
     leg = figure.legs[0] if figure.legs else ()
     return [figure.joints[i + 1] for i in (*(figure.parents[i] for i in leg[:1]), *leg)]
-
-
-def _twins(figure: Figure) -> dict[str, str]:
-    """For each scored joint of one side, its twin of the other."""
-    twins = {figure.links[i].joint: figure.links[twin].joint for i, twin in figure.twins.items()}
-    return {name: twins[name] for name in figure.scored if name in twins}
 
 
 def _errors(marks: Mapping[str, Mark], found: Places, leg: float, scored: Sequence[str]) -> dict[str, float]:

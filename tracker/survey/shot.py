@@ -49,7 +49,7 @@ class Shot:
             else:
                 more += 1
             now = _Shown(image)
-            if scene is None or any(now.alike(one) or now.leads_from(one) for one in (scene, *keys)):
+            if scene is None or any(now.continues(one) for one in (scene, *keys)):
                 scene = now if scene is None or not now.flat else scene
                 if t % STEP == 0:
                     keys.append(scene)
@@ -94,6 +94,6 @@ class _Shown:
         covariance = float(self.thumbnail @ other.thumbnail) / len(self.thumbnail)
         return covariance > ALIKE * self.contrast * other.contrast
 
-    def leads_from(self, other: Self) -> bool:
-        """Whether a motion of the camera leads from the other picture to this one."""
-        return Camera(other.image).follow(self.image).sure
+    def continues(self, other: Self) -> bool:
+        """Whether the pictures are alike, or a motion of the camera leads from the other one to this one."""
+        return self.alike(other) or Camera(other.image).follow(self.image).sure

@@ -43,7 +43,10 @@ class Layout:
             self._check_header(header, path)
             for number, cells in lines:
                 where = f"{path} line {number}"
-                self._check_cells(cells, len(header), where)
+                columns = len(header)
+                short = self.whole and len(cells) < columns
+                if self.misfit and (short or any(cells[columns:])):
+                    raise self.error(f"{where} {self.misfit.format(cells=len(cells), columns=columns)}")
                 yield where, by_column(header, cells)
         except FileNotFoundError as error:
             raise self.error(self.absent.format(path=path)) from error
@@ -82,11 +85,6 @@ class Layout:
         for column in self.known:
             if header.count(column) > 1:
                 raise self.error(f"{path} has two columns {column!r}; name one of them otherwise")
-
-    def _check_cells(self, cells: Sequence[str], columns: int, where: str) -> None:
-        short = self.whole and len(cells) < columns
-        if self.misfit and (short or any(cells[columns:])):
-            raise self.error(f"{where} {self.misfit.format(cells=len(cells), columns=columns)}")
 
 
 def read_lines(path: str | Path) -> Iterator[tuple[int, list[str]]]:

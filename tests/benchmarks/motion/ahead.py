@@ -29,7 +29,7 @@ from tests.benchmarks.motion.data import (
     summary,
 )
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import Errors, best_noises, forecast_errors, rival_errors, rms
+from tracker.experiments.measures import Errors, forecast_errors, rival_errors, rms
 from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE as LEARNED_NOISE
 
@@ -133,7 +133,7 @@ def errors(slds: SLDS, segments: Sequence[Segment]) -> list[Errors]:
 def best_rival(segments: Sequence[Segment]) -> Best:
     """See `Best`."""
     tried = rival_errors([s.capture for s in segments], [s.noisy(NOISE) for s in segments])
-    best, rows = best_noises(tried), list(tried.values())
+    best, rows = min(tried, key=lambda pair: rms(tried[pair])), list(tried.values())
     own = np.array([sum(e.squares for e in row) for row in rows]).argmin(0)
     each = [
         replace(e, squares=np.array([rows[i][n].squares[angle] for angle, i in enumerate(own)]))
