@@ -16,7 +16,11 @@ from dynamics.posterior import Posterior
 
 def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
     """Posteriors that take each frame's k-means cluster of K as its state; sequences (T, M), T >= 2."""
-    labels = split_as(clustered(_features(ys, layout), K, rng), ys)
+    stays = ~layout.travels
+    raw = [np.hstack([y[:, stays], np.gradient(y, axis=0)]) for y in ys]
+    size = np.abs(np.concatenate(ys)).max(axis=0)
+    features = scaled(np.concatenate(raw), np.hstack([size[stays], size]))
+    labels = split_as(clustered(features, K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]
 
 
@@ -43,14 +47,6 @@ def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -
     squares = [((points[:, None] - centres) ** 2).sum(-1) for centres in found]
     nearest = min(squares, key=lambda square: float(square.min(1).sum()))
     return np.asarray(nearest.argmin(1))
-
-
-def _features(ys: Sequence[Array], layout: Layout) -> Array:
-    """Poses and velocities of all sequences, each divided by its spread."""
-    stays = ~layout.travels
-    raw = [np.hstack([y[:, stays], np.gradient(y, axis=0)]) for y in ys]
-    size = np.abs(np.concatenate(ys)).max(axis=0)
-    return scaled(np.concatenate(raw), np.hstack([size[stays], size]))
 
 
 def _labelled(y: Array, s: Ints, K: int, order: int) -> Posterior:

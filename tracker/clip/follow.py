@@ -24,7 +24,7 @@ from tracker.loop.begin import begin
 from tracker.loop.both_ways import Passage, prolong
 from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome, in_time
-from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
+from tracker.loop.smoothing import smoothed, turned_belief
 from tracker.loop.trail import Trail
 from tracker.progress import Progress
 from tracker.run.track import FREE, Track
@@ -189,7 +189,7 @@ class _Ways:
         here, other = (plan.tracker, lambda: plan.back) if way > 0 else (plan.back, lambda: plan.tracker)
         marks, figure = plan.job.passed(plan.frame), plan.start.figure
         anchors = {t: Anchor.of(figure, points(each), hidden(each)) for t, each in marks.items()}
-        smooth = smoothed if plan.job.smooth else as_first_known
+        smooth = smoothed if plan.job.smooth else lambda _, estimates: estimates  # as first known
         return Passage(here, other, anchors, way, self.reel.span, smooth, plan.seen.points, plan.seen.places)
 
 

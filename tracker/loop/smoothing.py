@@ -39,11 +39,6 @@ def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int | None = 
     yield from _back(tracker, window)
 
 
-def as_first_known(_: Tracker, estimates: Iterable[Estimate]) -> Iterable[Estimate]:
-    """The estimates of a run unchanged, each given the frames up to it only."""
-    return estimates
-
-
 def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
     """The belief in the first frame of a smoothed run, from which to follow in the opposite direction.
 

@@ -28,20 +28,16 @@ def swing(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen:
     if len(q) <= 2 * step:
         return 0.0
     before, here, after = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
-    looks, ahead = _looks(shape, q, stage, hips, units), _ahead(shape, q)
+    places = shape.places(skeleton(shape.figure, q), [shape.trunk], ALONG, ACROSS)
+    greys = stage.at(stage.light, hips, units, places).reshape(len(q), len(ALONG), len(ACROSS))
+    looks = np.stack([cv2.blur(grey, (3, 3)) for grey in greys])  # each grey the mean of nine neighbours
+    ahead = _ahead(shape, q)
     change, slope = looks[after] - looks[before], np.gradient(looks[here], axis=2)
     change -= np.median(change, axis=(1, 2), keepdims=True)  # of the light
     steep = np.square(slope).sum((1, 2))
     moved = -(change * slope).sum((1, 2)) / (steep + FLAT * np.median(steep) + 1e-9)
     against = -moved * (ahead[after] - ahead[before])
     return in_standard_errors(against[seen[before] & seen[here] & seen[after]], TOGETHER * stage.often)
-
-
-def _looks(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> Array:
-    """(T, ALONG, ACROSS) grey levels on the trunk, each the mean of nine neighbours."""
-    places = shape.places(skeleton(shape.figure, q), [shape.trunk], ALONG, ACROSS)
-    greys = stage.at(stage.light, hips, units, places).reshape(len(q), len(ALONG), len(ACROSS))
-    return np.stack([cv2.blur(grey, (3, 3)) for grey in greys])
 
 
 def _ahead(shape: Shape, q: Array) -> Array:

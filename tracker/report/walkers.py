@@ -12,7 +12,7 @@ from tracker.outline.person import Person
 from tracker.report.drawing import segments
 from tracker.tables.table import write_table
 from videos.frames import Video, images_of
-from videos.overlay import Segment, draw
+from videos.overlay import draw
 
 COLUMNS = ("person", "first", "last", "frame", "x0", "y0", "x1", "y1", "facing", "direction", "motion")
 SURENESS = ("score", "margin", "near_leg", "near_sure")
@@ -50,7 +50,10 @@ def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
     """Write a picture with one frame for each person and the figure drawn on it."""
     tiles, shown = [], images_of(video, {one.frame for one in people})
     for number, one in enumerate(people, 1):
-        drawn = draw(shown[one.frame], _limbs(one), caption=f"person {number}, frame {one.frame}")
+        t, outline = one.frame - one.first, one.outline
+        x, y = outline.hips[t].tolist()
+        limbs = segments(one.figure, outline.q[t], View((x, y), float(outline.units[t]), one.facing))
+        drawn = draw(shown[one.frame], limbs, caption=f"person {number}, frame {one.frame}")
         width = round(drawn.shape[1] * HEIGHT / drawn.shape[0])
         tiles.append(cv2.resize(drawn, (width, HEIGHT), interpolation=cv2.INTER_AREA))
     _, data = cv2.imencode(".png", cv2.cvtColor(np.hstack(tiles), cv2.COLOR_RGB2BGR))
@@ -66,9 +69,3 @@ def box(one: Person) -> tuple[int, int, int, int]:
 
 def _ways(one: Person) -> tuple[str, str, str]:
     return WAYS[one.facing], WAYS[one.direction], one.outline.gait
-
-
-def _limbs(one: Person) -> list[Segment]:
-    t, outline = one.frame - one.first, one.outline
-    x, y = outline.hips[t].tolist()
-    return segments(one.figure, outline.q[t], View((x, y), float(outline.units[t]), one.facing))
