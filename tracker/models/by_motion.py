@@ -176,7 +176,8 @@ def _motions(
     rng = np.random.default_rng(seed)
     labels = sorted({label for _, label, _ in sequences}, reverse=True)
     for group in [labels] if pooled else [[label] for label in labels]:
-        of_group = [s for s in sequences if s[1] in group]
+        # By subject, so that the noise that each gets does not depend on the order of files.
+        of_group = sorted((s for s in sequences if s[1] in group), key=lambda s: s[0])
         yield _motion("-".join(group), of_group, figure, noise, rng)
 
 
