@@ -11,7 +11,7 @@ Only sums of probabilities run backwards, and W is found for all frames at once.
 lengths run side by side, frames first, and each ends at its own last frame.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Ints
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+Result = TypeVar("Result")
 
 CROSSING = 1e-3  # probability a frame of a change from one motion to another
 BATCH = 64  # sequences side by side; fewer where an array would exceed
@@ -94,15 +95,23 @@ def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, Ints]:
     return padded, lengths
 
 
-def batches(ys: Sequence[Array], numbers: int) -> list[list[int]]:
-    """Groups of sequences to run side by side with so many numbers a frame, longest first."""
+def batches(ys: Sequence[Array], numbers: int = 0, most: int = BATCH) -> list[list[int]]:
+    """Groups of `most` sequences to process together, with so many `numbers` a frame, longest first."""
     order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
     found = []
     while order:
-        size = min(max(LARGEST // (len(ys[order[0]]) * numbers), 1), BATCH)
+        size = min(max(LARGEST // max(len(ys[order[0]]) * numbers, 1), 1), most)
         found.append(order[:size])
         order = order[size:]
     return found
+
+
+def in_order(chosen: Iterable[Iterable[int]], found: Iterable[Iterable[Result]]) -> list[Result]:
+    """The results found for the sequences of each of the chosen groups, in the order of the sequences."""
+    by_number = dict[int, Result]()
+    for numbers, results in zip(chosen, found, strict=True):
+        by_number |= zip(numbers, results, strict=True)
+    return [by_number[n] for n in range(len(by_number))]
 
 
 def split_as(rows: NDArray[Scalar], ys: Sequence[Array]) -> list[NDArray[Scalar]]:

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from dynamics.chain import batches, in_order
 from dynamics.gaussian import Array, Ints
 from dynamics.slds import SLDS
 
@@ -55,11 +56,9 @@ class Frames:
             stop = start
 
 
-def batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
+def frame_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
     """Groups of sequences to process together, as many as fit the processor's cache, longest first."""
-    order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
-    size = max(1, PAIRS // slds.K**2)
-    return [order[begin : begin + size] for begin in range(0, len(order), size)]
+    return batches(ys, most=max(1, PAIRS // slds.K**2))
 
 
 def in_batches(
@@ -71,21 +70,18 @@ def in_batches(
     """
     if not all(len(y) for y in ys):
         raise ValueError("every sequence must have a frame at least")
-    results: dict[int, Result] = {}
-    for chosen in batches(slds, ys):
-        frames = _frames(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
-        results |= dict(zip(chosen, infer(frames), strict=True))
-    return [results[n] for n in range(len(ys))]
+    chosen = frame_batches(slds, ys)
+    return in_order(chosen, (infer(_frames(slds, ys, hints, numbers)) for numbers in chosen))
 
 
-def _frames(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Frames:
-    lengths = np.array([len(y) for y in ys])
+def _frames(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None, numbers: Sequence[int]) -> Frames:
+    lengths = np.array([len(ys[n]) for n in numbers])
     counts = (lengths > np.arange(lengths[0])[:, None]).sum(1)
     first = np.concatenate([[0], np.cumsum(counts)])
     rows = int(first[-1])
     before = np.arange(rows) - np.repeat(np.append(0, counts[:-1]), counts)
     frames = Frames(np.empty((rows, len(slds.C))), np.zeros((rows, slds.K)), first, before, lengths)
-    for n, own in enumerate(frames.sequences()):
+    for n, own in zip(numbers, frames.sequences(), strict=True):
         frames.y[own] = ys[n]
         if hints is not None:
             frames.hints[own] = hints[n]

@@ -17,6 +17,7 @@ from dynamics.chain import (
     blocks,
     check_chain,
     forward_backward,
+    in_order,
     joined,
     side_by_side,
     split_as,
@@ -67,10 +68,8 @@ class HMMPosterior(Switching):
 
 def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
     """The posterior of each sequence (T, M), T >= 1; NaN entries were not measured."""
-    posteriors: dict[int, HMMPosterior] = {}
-    for chosen in batches(ys, ARRAYS * hmm.Pi.size):
-        posteriors |= zip(chosen, _side_by_side(hmm, [ys[n] for n in chosen]), strict=True)
-    return [posteriors[n] for n in range(len(ys))]
+    chosen = batches(ys, ARRAYS * hmm.Pi.size)
+    return in_order(chosen, (_side_by_side(hmm, [ys[n] for n in numbers]) for numbers in chosen))
 
 
 def _side_by_side(hmm: HMM, ys: Sequence[Array]) -> Iterator[HMMPosterior]:

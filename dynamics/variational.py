@@ -15,11 +15,12 @@ probable states, by thousands of nats on 50 frames of 8 freedoms.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 
 import numpy as np
 
 from dynamics.averaged import Data, Poses, System, averaged, beside, whitened
-from dynamics.chain import batches, forward_backward, side_by_side
+from dynamics.chain import batches, forward_backward, in_order, side_by_side
 from dynamics.gaussian import Array, Gaussian
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
@@ -53,12 +54,14 @@ def variational_all(
     """
     system = whitened(slds)
     begin = viterbi_all(slds, ys, hints) if start is None else start
-    posteriors: dict[int, Posterior] = {}
-    for chosen in variational_batches(slds, ys):
+
+    def infer(chosen: Sequence[int]) -> list[Posterior]:
         data = beside(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
-        for n, posterior in _settled(slds, system, data, [begin[n] for n in chosen], rounds, tolerance):
-            posteriors[chosen[n]] = posterior
-    return [posteriors[n] for n in range(len(ys))]
+        found = _settled(slds, system, data, [begin[n] for n in chosen], rounds, tolerance)
+        return [posterior for _, posterior in sorted(found, key=itemgetter(0))]
+
+    chosen = variational_batches(slds, ys)
+    return in_order(chosen, map(infer, chosen))
 
 
 def variational_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.frames import batches
+from dynamics.frames import frame_batches
 from dynamics.gaussian import Array
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, combine_hmms
@@ -31,8 +31,8 @@ Spread = Callable[[Callable[[], Infer], Batches], Infer]
 
 # For each inference, the function that makes its E-step, and the one that forms its batches.
 E_STEPS: dict[str, tuple[Callable[[], Infer], Batches]] = {
-    VITERBI: (lambda: viterbi_all, batches),
-    "gpb2": (lambda: gpb2_all, batches),
+    VITERBI: (lambda: viterbi_all, frame_batches),
+    "gpb2": (lambda: gpb2_all, frame_batches),
     "variational": (Variational, variational_batches),
 }
 

@@ -15,6 +15,7 @@ from contextlib import ExitStack, contextmanager
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
+from dynamics.chain import in_order
 from dynamics.gaussian import Array
 from dynamics.posterior import Infer, Posterior
 from dynamics.slds import SLDS
@@ -113,10 +114,7 @@ def spread_over(client: "Client", make: Callable[[], Infer], batches: Batches) -
             for turn, batch in zip(turns, chosen, strict=True)
         ]
         found = client.gather(client.map(itemgetter(0), turns, pure=False))
-        by_number: dict[int, Posterior] = {}
-        for batch, posteriors in zip(chosen, found, strict=True):
-            by_number |= zip(batch, posteriors, strict=True)
-        return [by_number[n] for n in range(len(ys))]
+        return in_order(chosen, found)
 
     return infer
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from distributed import Security
 
-from dynamics.frames import batches
+from dynamics.frames import frame_batches
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from tests.oracles import random_slds
@@ -82,7 +82,7 @@ def test_a_process_that_dies_is_begun_anew_again_and_again_and_stays_deaf_to_int
 
 def test_what_an_e_step_finds_impossible_is_raised_here(cluster, problem):
     sldss, ys = problem
-    there = spread_over(cluster, lambda: viterbi_all, batches)
+    there = spread_over(cluster, lambda: viterbi_all, frame_batches)
     with pytest.raises(np.linalg.LinAlgError):
         there(sldss[0], [np.full_like(ys[0], 1e200), *ys])
 
