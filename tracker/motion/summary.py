@@ -53,9 +53,10 @@ def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) ->
     missing = sum(int((~s.seen).sum()) for s in sequences)
     done = sum(int(np.isfinite(f.sd).sum()) for f in filled)
     frames = sum(int(np.isfinite(f.sd).any(1).sum()) for f in filled)
+    of_all = counted(len(sequences), "sequence")
     if not missing:
-        return f"nothing was missing in {counted(len(sequences), 'sequence')}"
-    text = f"{done} cells filled in {counted(frames, 'frame')} of {counted(len(sequences), 'sequence')}"
+        return f"nothing was missing in {of_all}"
+    text = f"{counted(done, 'cell')} filled in {counted(frames, 'frame')} of {of_all}"
     sds = np.concatenate([f.sd[:, ANGLES][np.isfinite(f.sd[:, ANGLES])] for f in filled])
     if len(sds):
         text += f", angles to {np.degrees(np.sqrt((sds**2).mean())):.1f} degrees by the model's own account"

@@ -75,7 +75,7 @@ def check_names(names: Sequence[str]) -> None:
     if tuple(names) != POSE_COLUMNS:
         raise ValueError(
             f"the model speaks of {', '.join(names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
-            "give a model learned from captures or pose tables"
+            "give a model of the figure walker"
         )
 
 

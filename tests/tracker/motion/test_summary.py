@@ -31,6 +31,7 @@ def test_filled_cells_are_counted_and_so_is_what_stays_empty():
     y[1] = np.nan
     text = filled_cells([sequence(y)], [Filled(y, sd)])
     assert text.startswith("6 cells filled in 1 frame of 1 sequence, angles to 3.0 degrees")
+    assert filled_cells([sequence(y)], [Filled(y, sd[:, :3])]).startswith("1 cell filled in 1 frame")
     assert "gaps filled" not in text
     by = ("stride", "switching model", "stride")
     told = filled_cells([sequence(y)], [Filled(y, sd, by)])

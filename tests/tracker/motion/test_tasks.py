@@ -72,7 +72,7 @@ def test_the_inference_must_fit_the_model():
 def test_models_that_do_not_speak_of_the_table_are_refused(rng):
     renamed = (*POSE_COLUMNS[:-1], "tail")
     y = [sequence(gait("walk", 20, rng))]
-    with pytest.raises(ValueError, match=r"the model speaks of root_x, .*, tail; a pose table of"):
+    with pytest.raises(ValueError, match=r"of root_x, .*, tail; a pose .* a model of the figure walker"):
         whole_pose(replace(gait_model(), names=renamed), "predict")
     with pytest.raises(ValueError, match="a hidden Markov model, which cannot predict"):
         whole_pose(gait_hmm(), "predict")
