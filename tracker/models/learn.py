@@ -120,12 +120,14 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str],
             if len(y) >= SHORTEST
         ]
     data = [run for run in runs if not request.labels or run[1] in request.labels]
-    wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
+    there = sorted({*rows} - {""})
+    wanted = request.labels or (() if runs else there or [UNLABELLED])
     names = ", ".join(str(path) for path in request.poses or ())
     for label in request.labels:
-        if label not in {*rows, UNLABELLED}:
-            there = ", ".join(sorted({*rows} - {""})) or "none"
-            raise ValueError(f"{names}: no row is labelled {label!r}; labels here: {there}")
+        if label not in {*there, UNLABELLED}:
+            raise ValueError(
+                f"{names}: no row is labelled {label!r}; labels here: {', '.join(there) or 'none'}"
+            )
     advice = (
         f"rows need all of {','.join(request.body.learned_freedoms)}, {SHORTEST} frames or more without a gap"
     )
