@@ -75,14 +75,14 @@ class Chapter:
         counts = Counter(self.track.outcome)
         outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
         seconds = self.track.times[-1] - self.track.times[0]
-        given = self.run.job.rate is not None
+        given, side = self.run.job.rate is not None, self.track.view.side
         source = "as given" if given else "as the motion looks"
         speed = ("Playback speed", f"{self.run.rate:.3g} \N{MULTIPLICATION SIGN}, {source}")
         facts = [
             ("Model", self.track.model),
             ("Frames", f"{len(self.track)} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
             *([speed] if given or _looks_altered(self.run) else []),
-            ("Faces", self.track.view.side),
+            ("Faces", f"{side}, so near is the {side} side"),
             ("Tracked", outcomes),
         ]
         return facts if self.gait is None else [*facts, *_walked(self.gait, self.camera)]

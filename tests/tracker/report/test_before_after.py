@@ -115,7 +115,7 @@ def test_the_page_draws_both_and_marks_what_changed(browser, runs, tmp_path):
     browser.open(page.as_uri())
     titles = browser.each(".cycles .head", "one.innerText")
     assert [title.split("\n") for title in titles[:1]] == [
-        ["Hip, near", "before, 4 strides", "after, 5 strides"]
+        ["Hip, near", "degrees", "before, 4 strides", "after, 5 strides"]
     ]
     assert len(browser.each(".cycles .panel:first-child path.curve", "one.id")) == 2
     assert len(browser.each(".cycles .panel:first-child path.thin", "one.id")) > 4

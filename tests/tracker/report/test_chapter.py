@@ -30,7 +30,7 @@ def test_facts_count_the_outcomes_in_words():
     part = chapter(track)
     part = replace(part, run=replace(part.run, frames=100))  # of which the others were not followed
     assert dict(part.facts())["Frames"] == "30 at 30 a second, 1.0 s"
-    assert facts["Faces"] == "right"
+    assert facts["Faces"] == "right, so near is the right side"
 
 
 def test_a_playback_speed_is_told_where_it_was_given_or_is_not_an_ordinary_one():

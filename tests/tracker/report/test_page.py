@@ -97,34 +97,49 @@ def test_plots_and_tables_are_saved_as_pictures_and_numbers(browser, tmp_path):
     browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(saved))
     Report(browser, page)
     browser.value("document.querySelectorAll('.save button').forEach((button) => button.click())")
-    files = {f"{what}-walk-run.{kind}" for what in ("angles", "strides") for kind in ("csv", "svg", "png")}
-    files.add("gait-walk-run.csv")
+    kinds = {"angles": ("csv", "svg", "png"), "strides": ("csv", "svg", "png"), "gait": ("csv",)}
+    names = {f"walk.mp4 {what}-walk-run.{kind}" for what, some in kinds.items() for kind in some}
     end = time.monotonic() + 20.0
-    while not (saved.exists() and {path.name for path in saved.iterdir()} >= files):
+    while not (saved.exists() and {path.name for path in saved.iterdir()} >= names):
         assert time.monotonic() < end
         time.sleep(0.02)
 
-    (head, *rows) = read_lines(saved / "angles-walk-run.csv")
+    (head, *rows) = read_lines(saved / "walk.mp4 angles-walk-run.csv")
     angles = [by_column(head[1], cells) for _, cells in rows]
     assert [float(row["time_s"]) for row in angles] == pytest.approx(track.times, abs=1e-3)
     found = np.array([float(row["hip_near_deg"]) for row in angles])
     assert found == pytest.approx(np.degrees(track.q[:, HIP]), abs=0.051)
-    (head, *rows) = read_lines(saved / "gait-walk-run.csv")
+    (head, *rows) = read_lines(saved / "walk.mp4 gait-walk-run.csv")
     figures = {cells[0]: by_column(head[1], cells) for _, cells in rows}
     assert float(figures["stride time"]["near leg"]) == pytest.approx(1.1, abs=0.02)
-    assert figures["stride time"]["unit"] == "s"
+    assert [figures[name]["unit"] for name in ("stride time", "hip range")] == ["s", "deg"]
     assert figures["cadence"]["near leg"] == ""
-    (head, *rows) = read_lines(saved / "strides-walk-run.csv")
+    (head, *rows) = read_lines(saved / "walk.mp4 strides-walk-run.csv")
     assert [int(cells[0]) for _, cells in rows] == list(range(101))
     assert {"hip_near_mean", "hip_near_1"} <= set(head[1])
     for what in ("angles", "strides"):
-        picture = cv2.imread(str(saved / f"{what}-walk-run.png"))
+        picture = cv2.imread(str(saved / f"walk.mp4 {what}-walk-run.png"))
         assert min(picture.shape[:2]) > 200
         assert np.ptp(picture) > 100
-        drawn = (saved / f"{what}-walk-run.svg").read_text()
+        drawn = (saved / f"walk.mp4 {what}-walk-run.svg").read_text()
         assert drawn.count("<text") > 5
-        assert "Hip" in drawn
+        assert {"Hip", "degrees"} <= set(re.findall(r"(Hip|degrees)<", drawn))
         assert "var(" not in drawn
+        assert "\N{PLUS-MINUS SIGN}" not in drawn  # the numbers of the frame that happens to be shown
+
+
+def test_angles_that_are_not_explained_are_in_degrees(browser, tmp_path):
+    track = stroll(1.0)
+    bare = replace(track.figure, panels=[replace(panel, reading="") for panel in track.figure.panels])
+    Report(browser, made(tmp_path, replace(track, figure=bare)))
+    assert set(browser.each(".reading", "one.innerText")) == {"degrees"}
+
+
+def test_paper_tells_the_frame_of_its_picture_and_splits_no_axis(browser, tmp_path):
+    Report(browser, made(tmp_path))
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    assert browser.text(".controls").startswith("frame 0")
+    assert set(browser.each(".axis, .strip", "getComputedStyle(one).breakInside")) == {"avoid"}
 
 
 def test_names_and_warnings_are_no_html(browser, tmp_path):

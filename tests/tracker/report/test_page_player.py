@@ -77,7 +77,7 @@ def test_several_models_move_together_on_one_source_and_each_has_its_name_and_nu
     first = report.values(0)
     browser.push("[data-tab='1']")
     assert report.values(0) != first
-    titles = {"Errors", "Error against time", "Where they part", "Joint angles", "Gait"}
+    titles = {"Errors", "Error against time, in leg lengths", "Where they part", "Joint angles", "Gait"}
     assert titles <= set(browser.each("h2", "one.innerText"))
     assert "cv, lost at frame 2" in browser.text("#errors .legend")
     browser.press(" ")

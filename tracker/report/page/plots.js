@@ -153,17 +153,16 @@ function anglePanel(axis, panel, chapter, sure) {
     const style = toned(TONES[curve.name] ?? SPARE[at % SPARE.length]);
     chart.band(curve, { class: "band", style });
     chart.curve(curve.mean, { class: "curve", style });
-    return element("span", { class: "value", style });
+    return element("span", { class: "value", style }, `${curve.name} `, element("span", { class: "now" }));
   });
   const head = element(
     "div", { class: "head" },
-    element("b", {}, panel.title), element("span", { class: "reading" }, `${panel.reading}, degrees`), ...values,
+    element("b", {}, panel.title), element("span", { class: "reading" }, [panel.reading, "degrees"].filter(Boolean).join(", ")), ...values,
   );
   const tell = (frame) => {
-    panel.curves.forEach(({ name, mean, sigma }, i) => {
+    panel.curves.forEach(({ mean, sigma }, i) => {
       const degrees = mean[frame].toFixed(1).replace("-", "\u2212");
-      const told = sure[frame] ? `${degrees}\u00b0 \u00b1 ${(2 * sigma[frame]).toFixed(1)}` : "not seen";
-      values[i].textContent = `${name} ${told}`;
+      values[i].lastChild.textContent = sure[frame] ? `${degrees}\u00b0 \u00b1 ${(2 * sigma[frame]).toFixed(1)}` : "not seen";
     });
   };
   return { box: element("div", { class: "panel" }, head, chart.box), tell };
@@ -193,7 +192,7 @@ function cyclePanel({ title, legs, norm }, counted) {
   const ruler = [0, 50, 100].map((share) => element("span", { style: `left: ${share}%` }, `${share} %`));
   return element(
     "div", { class: "panel" },
-    element("div", { class: "head" }, element("b", {}, title), ...counts), chart.box, element("div", { class: "axis" }, ...ruler),
+    element("div", { class: "head" }, element("b", {}, title), element("span", { class: "reading" }, "degrees"), ...counts), chart.box, element("div", { class: "axis" }, ...ruler),
   );
 }
 

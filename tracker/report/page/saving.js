@@ -1,4 +1,4 @@
-// Saving plots and tables as files: pictures as on the page, and the numbers behind them.
+// Saving plots and tables as files: pictures as on the page, but for a frame's own numbers, and the numbers behind them.
 
 const STYLED = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "vector-effect"];
 const SCALE = 2; // pixels of a PNG to one of the page
@@ -6,7 +6,7 @@ const EDGE = 16; // margin on the right for the last number of an axis, pixels
 
 function download(name, content, kind) {
   const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type: kind }));
-  const link = element("a", { href: address, download: name });
+  const link = element("a", { href: address, download: `${document.title} ${name}` });
   link.click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
@@ -53,7 +53,7 @@ function standing(root) {
   const words = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
   while (words.nextNode()) {
     const node = words.currentNode;
-    if (node.textContent.trim() && !node.parentElement.closest("select, .spans")) svg.append(writtenText(node, box));
+    if (node.textContent.trim() && !node.parentElement.closest("select, .spans, .now")) svg.append(writtenText(node, box));
   }
   return svg;
 }
@@ -99,7 +99,7 @@ function tableRows(table) {
   const rows = [...table.tBodies[0].rows].map((row, i) => {
     const unit = row.cells[0].querySelector("small")?.textContent ?? "";
     const name = body[i][0].slice(0, body[i][0].length - unit.length).trim();
-    return [name, unit, ...body[i].slice(1).flatMap((cell) => [...cell.split("\u00b1").map((words) => number(words.trim())), ""].slice(0, 2))];
+    return [name, unit.replace("\u00b0", "deg"), ...body[i].slice(1).flatMap((cell) => [...cell.split("\u00b1").map((words) => number(words.trim())), ""].slice(0, 2))];
   });
   return [["figure", "unit", ...head.slice(1).flatMap((name) => [name, `${name} plus-minus`])], ...rows];
 }
