@@ -98,10 +98,12 @@ def test_what_is_said_is_replaced_only_where_it_differs(browser, client, folder)
     browser.errors.clear()  # there are no pictures of what is no film
 
 
-def test_a_height_that_is_no_number_starts_nothing(browser, client):
+@pytest.mark.parametrize("written", ["-", "175"])
+def test_a_height_that_is_no_number_of_metres_starts_nothing(browser, client, written):
     browser.open(client.address)
     browser.value("document.querySelector('.height').focus()")
-    browser.press("-")
+    for key in written:
+        browser.press(key)
     browser.push("[data-command=track]")
     browser.wait("document.querySelector('.asks').innerText.startsWith('The height is no number')")
     assert state(client)["films"][0]["work"] is None

@@ -129,7 +129,8 @@ const keeps = (frames) =>
 
 function start(card, name, command) {
   const { corrected } = card.dataset;
-  if ($(".height", card).validity.badInput) complain(card, "The height is no number of metres; write it as 1.75.");
+  const { badInput, rangeOverflow, rangeUnderflow } = $(".height", card).validity;
+  if (badInput || rangeOverflow || rangeUnderflow) complain(card, "The height is no number of metres from 0.3 to 3; write it as 1.75.");
   else if (command !== "track" || corrected === "0" || confirm(keeps(corrected))) act(card, "start", request(card, name, command));
 }
 
