@@ -6,10 +6,13 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from tests.tracker.annotate.clients import running
+from kinematics.figure_file import figure_from
+from tests.tracker.annotate.clients import running, serving
 from tests.tracker.annotate.pages import SAVED, Page, near, session_page
 from tests.tracker.clips import succeeds, write_table
-from tracker.annotate.session import MarksRequest, Placed
+from tracker.annotate.marks import Table
+from tracker.annotate.server import Server
+from tracker.annotate.session import MarksRequest, Placed, Session
 from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
 
@@ -42,6 +45,16 @@ def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table
     out = table.parent / "followed"
     succeeds("track", clip.video, "--keypoints", table, "--model", "cv", "--stop", 1, "--out", out)
     assert (out / "run.json").exists()
+
+
+def test_of_a_figure_that_has_no_twins_no_leg_is_nearer(browser, clip, table):
+    link = {"name": "arm", "joint": "hand", "length": 1.0, "width": 0.2, "freedom": "swing"}
+    arm = figure_from({"name": "arm", "base": "elbow", "leg": ["arm"], "links": [link]})
+    with serving(Server(Session(clip.video, Table(table, figure=arm), 0))) as client:
+        browser.open(client.address)
+        browser.wait("document.querySelectorAll('#joints button').length === 2")
+        assert browser.each("#which, #legs", "one.hidden") == [True, True]
+        browser.open("about:blank")
 
 
 def test_which_way_the_figure_faces_is_seen_or_said(page, browser, table, truth):

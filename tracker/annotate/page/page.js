@@ -276,6 +276,7 @@ addEventListener("beforeunload", (event) => {
 $("video").textContent = opening.video;
 $("joints").append(...joints.map(row));
 $("which").open = innerWidth > 760;
+$("which").hidden = $("legs").hidden = names.every((name) => twin(name) === name);
 $("follow").hidden = $("all").hidden = !opening.run;
 $("unsure").hidden = !opening.run?.unsure;
 if (opening.run) {
