@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.tracker.annotate.pages import CONTRASTS
 from tests.tracker.report.reports import FPS, HIP, SECONDS, Report, chapter, compared, made, write_clip
 from tests.tracker.strolls import stroll
 from tracker.gait.figures import gait_of
@@ -67,6 +68,7 @@ def test_no_window_is_too_narrow(browser, tmp_path, several, width):
     Report(browser, path, width=width, dark=several, touch=width < 500)
     assert browser.value("document.documentElement.scrollWidth") <= width
     assert max(browser.each(".gait .wide", "one.scrollWidth - one.clientWidth")) <= 0
+    assert min(ratio for _, ratio in browser.value(CONTRASTS)) >= 4.5
 
 
 @pytest.mark.parametrize("width", [375, 1200, 1600])
