@@ -95,35 +95,35 @@ def test_the_film_has_half_of_a_wide_window_and_all_of_a_narrow_one(browser, tmp
 def test_plots_and_tables_are_saved_as_pictures_and_numbers(browser, tmp_path):
     track = stroll(SECONDS)
     track = replace(track, times=track.times + 2.0)  # followed from a later frame on
-    page, saved = made(tmp_path, track), tmp_path / "saved"
+    page, saved, film = made(tmp_path, track, video="walk" * 60), tmp_path / "saved", "walk" * 15
     browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(saved))
     Report(browser, page)
     browser.value("document.querySelectorAll('.save button').forEach((button) => button.click())")
     kinds = {"angles": ("csv", "svg", "png"), "strides": ("csv", "svg", "png"), "gait": ("csv",)}
-    names = {f"walk.mp4 {what}-walk-run.{kind}" for what, some in kinds.items() for kind in some}
+    names = {f"{film} {what}-walk-run.{kind}" for what, some in kinds.items() for kind in some}
     end = time.monotonic() + 20.0
     while not (saved.exists() and {path.name for path in saved.iterdir()} >= names):
         assert time.monotonic() < end
         time.sleep(0.02)
 
-    (head, *rows) = read_lines(saved / "walk.mp4 angles-walk-run.csv")
+    (head, *rows) = read_lines(saved / f"{film} angles-walk-run.csv")
     angles = [by_column(head[1], cells) for _, cells in rows]
     assert [float(row["time_s"]) for row in angles] == pytest.approx(track.times, abs=1e-3)
     found = np.array([float(row["hip_near_deg"]) for row in angles])
     assert found == pytest.approx(np.degrees(track.q[:, HIP]), abs=0.051)
-    (head, *rows) = read_lines(saved / "walk.mp4 gait-walk-run.csv")
+    (head, *rows) = read_lines(saved / f"{film} gait-walk-run.csv")
     figures = {cells[0]: by_column(head[1], cells) for _, cells in rows}
     assert float(figures["stride time"]["near leg"]) == pytest.approx(1.1, abs=0.02)
     assert [figures[name]["unit"] for name in ("stride time", "hip range")] == ["s", "deg"]
     assert figures["cadence"]["near leg"] == ""
-    (head, *rows) = read_lines(saved / "walk.mp4 strides-walk-run.csv")
+    (head, *rows) = read_lines(saved / f"{film} strides-walk-run.csv")
     assert [int(cells[0]) for _, cells in rows] == list(range(101))
     assert {"hip_near_mean", "hip_near_1"} <= set(head[1])
     for what in ("angles", "strides"):
-        picture = cv2.imread(str(saved / f"walk.mp4 {what}-walk-run.png"))
+        picture = cv2.imread(str(saved / f"{film} {what}-walk-run.png"))
         assert min(picture.shape[:2]) > 200
         assert np.ptp(picture) > 100
-        drawn = (saved / f"walk.mp4 {what}-walk-run.svg").read_text()
+        drawn = (saved / f"{film} {what}-walk-run.svg").read_text()
         assert drawn.count("<text") > 5
         assert {"Hip", "degrees"} <= set(re.findall(r"(Hip|degrees)<", drawn))
         assert "var(" not in drawn

@@ -2,11 +2,12 @@
 
 const STYLED = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "vector-effect"];
 const SCALE = 2; // pixels of a PNG to one of the page
+const TITLE = 60; // characters of the page's title in a file's name, which may have 255 bytes
 const EDGE = 16; // margin on the right for the last number of an axis, pixels
 
 function download(name, content, kind) {
   const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type: kind }));
-  const link = element("a", { href: address, download: `${document.title} ${name}` });
+  const link = element("a", { href: address, download: `${document.title.slice(0, TITLE)} ${name}` });
   link.click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
