@@ -94,16 +94,18 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
     pairs: Mapping[str, Side] = OTHER if turned else {side: side for side in SIDES}
     changes = list(_changes(gaits[0], gaits[1], pairs))
     notes = list(_notes(gaits, metres, runs, turned, changes))
+    warnings = [f"{run.folder.resolve().name}: {warning}" for run in runs for warning in run.warnings]
     write_page(
         page,
         PAGE,
         {"cycles": list(_cycles(runs, gaits, pairs))},
         title=f"{before.resolve().name} and {after.resolve().name}",
         notes=notes,
+        warnings=warnings,
         table=html_table(COLUMNS, [change.row() for change in changes]),
     )
     table = in_columns([(*COLUMNS[:-1], STARRED), *(change.cells() for change in changes)])
-    return "\n".join([table, *(f"\n{note}" for note in notes)])
+    return "\n".join([table, *(f"\n{text}" for text in [*notes, *warnings])])
 
 
 def _walked(folder: Path) -> Walked:
@@ -148,7 +150,6 @@ def _notes(
         yield "Lengths are in leg lengths (thigh + shank): metres are known of one of the two only."
     if any(change.by.count == 1 for change in changes):
         yield "Of a single stride the error is that of the poses alone, not of how much strides differ."
-    yield from (f"{run.folder.resolve().name}: {warning}" for run in runs for warning in run.warnings)
 
 
 def _cycles(

@@ -95,7 +95,7 @@ def test_what_limits_a_comparison_is_said(runs, tmp_path):
     said, page = compare_runs(short, runs[1], tmp_path / "page.html"), (tmp_path / "page.html").read_text()
     assert "\n\nOf a single stride the error is that of the poses alone" in said
     assert said.endswith("\n\nfriday: <nothing> matched")
-    assert "friday: &lt;nothing&gt; matched" in page
+    assert '<p class="warning">friday: &lt;nothing&gt; matched' in page
 
 
 def test_lengths_are_in_metres_only_where_both_are(tmp_path):
