@@ -207,6 +207,13 @@ def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts
         assert "as it was followed" in browser.text("#guide")
 
 
+def test_a_joint_without_which_the_run_began_is_not_asked_for(browser, run):
+    start = run / "start.keypoints.csv"
+    start.write_text("".join(line for line in start.read_text().splitlines(True) if "far_toe" not in line))
+    with correcting(browser, run):
+        assert browser.text("#guide").startswith("The run starts from this frame.")
+
+
 def test_another_facing_is_kept_only_where_the_figure_is_followed_on_and_that_is_said(browser, run):
     with correcting(browser, run) as page:
         browser.push("#left")

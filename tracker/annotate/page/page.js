@@ -40,7 +40,7 @@ function following(name) {
 
 /** Another frame is shown. */
 function arrived() {
-  chosen = begins() ? null : following(null);
+  chosen = begins() || opening.run ? null : following(null); // a run was followed without the joints left out
   hides = false;
   aim = null;
   advice = { missing: [], faults: [], faces: null };
