@@ -9,6 +9,7 @@ import numpy as np
 
 from dynamics.belief import Belief
 from dynamics.gaussian import Array
+from kinematics.direction import turning
 from tracker.clip.again import Kept
 from tracker.clip.agreement import agreed
 from tracker.clip.clock import Clock
@@ -245,6 +246,18 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
         warnings.append(
             f"the marks do not show which way the figure faces; it is taken to face {side}, --facing tells "
             "otherwise"
+        )
+    if plan.job.found is not None and plan.job.found.against:
+        warnings.append(
+            f"--facing says {track.view.side}, but in the film the figure seems to face the other way; leave "
+            "--facing out unless it is right"
+        )
+    back = turning(np.where(track.measured, track.q[:, 0], np.nan), track.times)
+    if back is not None:
+        at = track.first + back
+        warnings.append(
+            f"at frame {at} the figure goes back where it came from; if it turns round there, follow either "
+            f"way by itself: --stop {at} or --from {at}"
         )
     if plan.job.found is not None and plan.job.found.near_leg == "unsure":
         other = plan.job.found.nearer.other

@@ -178,7 +178,7 @@ def start_of(
     if near is not None and near is not nearer(one):
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
-    return start_from(one, told)
+    return start_from(one, told, one.against >= TURNED)
 
 
 def _numbered(number: int, everybody: list[Person], listed: list[Person] | None) -> Person:

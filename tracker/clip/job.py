@@ -189,6 +189,7 @@ class Found:
     facing   : +1 right, -1 left
     nearer   : where the leg named near is in this frame
     near_leg : whether that is "sure", "unsure" or "given"
+    against  : whether the film tells the other facing
     """
 
     frame: int
@@ -196,6 +197,7 @@ class Found:
     facing: int
     nearer: Nearer
     near_leg: str
+    against: bool = False
 
 
 @dataclass(frozen=True)

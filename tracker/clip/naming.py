@@ -55,9 +55,10 @@ def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
     return {name: Mark(x, y) for name, (x, y) in zip(figure.joints, joints.round(2).tolist(), strict=True)}
 
 
-def start_from(one: Person, told: str) -> Found:
-    """The start from a person; `told` says whether the near leg is "sure", "unsure" or "given"."""
-    return Found(one.frame, marks_of(one), one.facing, nearer(one), told)
+def start_from(one: Person, told: str, against: bool = False) -> Found:
+    """The start from a person; `told` says whether the near leg is "sure", "unsure" or "given", `against`
+    whether the film tells the other facing."""
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, against)
 
 
 def as_the_film_names(job: Job, misnamed: float) -> Job:

@@ -44,6 +44,7 @@ class Person:
     turned  : advantage over the other facing in explaining the picture, nats times square leg lengths a
         frame; infinite if the facing was given
     outline : in every frame from the first on
+    against : advantage of the other facing, also over one that was given, as `turned`
     """
 
     figure: Figure
@@ -53,6 +54,7 @@ class Person:
     direction: int
     turned: float
     outline: Outline
+    against: float = -np.inf
 
     @property
     def last(self) -> int:
@@ -64,8 +66,9 @@ class Person:
         return replace(self, first=begin, frame=frame, outline=self.outline.finer(every))
 
     def same(self, other: "Person") -> bool:
-        """Whether two people of a film are the same: in common frames they are mostly in one place."""
-        return self._away(other.first, other.outline.hips) < SAME
+        """Whether two people of a film are the same: in common frames they are mostly in one place, and they
+        do not go opposite ways, as before and after a turn."""
+        return self._away(other.first, other.outline.hips) < SAME and self.direction * other.direction >= 0
 
     def near(self, path: Path) -> bool:
         """Whether the path may be this person's."""
@@ -113,9 +116,8 @@ def person(
         alone: whether there is nobody else in the film to whom the outline could jump beyond the path.
     """
     best = int(np.argmax(path.score))
-    ways = (1, -1) if facing is None else (facing,)
-    within = stage.part(slice(path.first, path.last + 1))
-    facing, larger, margin = _fits(within, figure, path, ways, cycles.usual)
+    within, given = stage.part(slice(path.first, path.last + 1)), facing is not None
+    facing, larger, margin = _fits(within, figure, path, facing, cycles.usual)
     beyond = round(BEYOND * stage.fps)
     first = max(path.first - beyond, 0)
     faced = replace(stage.part(slice(first, path.last + beyond + 1)), facing=facing)
@@ -128,34 +130,37 @@ def person(
     frame = _clearest(faced, outline, figure, sure)
     if frame is None:
         return None
+    turned = margin / float(np.median(outline.units)) ** 2
     return Person(
         figure=figure,
         first=first,
         frame=first + frame,
         facing=facing,
         direction=_direction(faced, outline),
-        turned=margin / float(np.median(outline.units)) ** 2,
+        turned=np.inf if given else turned,
         outline=outline,
+        against=-turned,
     )
 
 
 def _fits(
-    part: Stage, figure: Figure, path: Path, ways: tuple[int, ...], cycles: Cycles
+    part: Stage, figure: Figure, path: Path, facing: int | None, cycles: Cycles
 ) -> tuple[int, float, float]:
-    """The facing of a person, the factor on the size of the path, and the advantage over the other facing."""
+    """The facing of a person, the one given if any, the factor on the size of the path, and the advantage
+    over the other facing."""
     best = int(np.argmax(path.score))
     around = round(part.often * AROUND)
     near = slice(max(best - around, 0), best + around + 1)
     trials = {}
-    for facing, larger in product(ways, LARGER):
-        faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
+    for way, larger in product((1, -1), LARGER):
+        faced, start = replace(part.part(near), facing=way), _start(figure, path, best, way, larger)
         hips = path.hips_in(path.first + near.start, len(faced))
         outline = fitted(faced, start, best - near.start, cycles, FEW, hips)
         # In pixels, the same for every size that is tried; else the largest size would win.
         ahead = AHEAD * (outline.way > 0) * float(np.median(path.units)) ** 2
-        trials[facing, larger] = _explained(faced, outline, figure) + ahead
-    better, size = max(trials, key=lambda trial: trials[trial])
-    other = max((trials[trial] for trial in trials if trial[0] != better), default=-np.inf)
+        trials[way, larger] = _explained(faced, outline, figure) + ahead
+    better, size = max(trials, key=lambda trial: (facing in (None, trial[0]), trials[trial]))
+    other = max(worth for (way, _), worth in trials.items() if way != better)
     return better, size, trials[better, size] - other
 
 

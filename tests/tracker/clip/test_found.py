@@ -350,7 +350,8 @@ def test_who_is_doubted_is_no_start(doubted, said, walk, video):
 
 def test_who_is_just_sure_enough_is_a_start(walk, video):
     start = start_of([spread(walk.person(turned=1.1 * TURNED), 0.9 * DOUBTED)], Following(), video)
-    assert (start.frame, start.facing) == (MIDDLE, 1)
+    assert (start.frame, start.facing, start.against) == (MIDDLE, 1, False)
+    assert start_of([replace(walk.person(), against=TURNED)], Following(), video).against
 
 
 def test_the_nearer_leg_may_be_given(walk, video):

@@ -1,9 +1,11 @@
 """Jobs of films in which nothing is marked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.tracker.clip.filmed import QUIET
+from tests.tracker.clip.filmed import QUIET, as_video
 from tests.tracker.clips import write_table
 from tests.tracker.outline.films import MIDDLE, UNIT, WALKER
 from tracker import follow
@@ -61,3 +63,13 @@ def test_in_python_a_film_alone_is_followed_and_doubts_are_warnings(monkeypatch,
     off = np.hypot(*np.moveaxis(track.joints()[:, ankles] - walk.joints[: MIDDLE + 1, ankles], -1, 0))
     assert len(track) == MIDDLE + 1
     assert np.median(off) < 0.1 * UNIT
+
+
+def test_a_facing_against_the_film_and_a_turn_are_warned_of(monkeypatch, walk, tmp_path):
+    there_and_back = as_video(np.concatenate([walk.images, walk.images[::-1]]), tmp_path)
+    monkeypatch.setattr(found_module, "people", lambda *_: [replace(walk.person(), against=1.0)])
+    with pytest.warns(UserWarning, match="the figure ") as said:
+        follow(there_and_back.path, model="cv", facing="right")
+    texts = "\n".join(str(each.message) for each in said)
+    assert "facing says right, but in the film" in texts
+    assert f"at frame {len(walk.q) - 1} the figure goes back where it came from" in texts

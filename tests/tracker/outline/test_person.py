@@ -141,12 +141,14 @@ def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(wal
     assert not one.same(walk.shifted(30).person())
     assert not one.same(walk.mirrored().person())  # the two meet in the middle
     assert not one.same(again.in_film(one.last, 1))
+    assert not one.same(replace(again, direction=-1))  # who turns round
 
 
 def test_a_facing_that_is_given_is_taken(walk, rng):
     film = walk.part(slice(8, 28))
     found = person(film.stage(rng), WALKER, path_of(film), FEW, facing=-1)
     assert (found.facing, found.direction, found.turned) == (-1, 1, np.inf)
+    assert found.against > TURNED
 
 
 def test_a_person_of_every_third_frame_is_known_between_them(walk):
@@ -189,5 +191,5 @@ def test_a_larger_size_is_not_taken_for_walking_ahead_alone(walk, rng, monkeypat
 
     monkeypatch.setattr(outlines, "fitted", fitted)
     monkeypatch.setattr(outlines, "_explained", explained)
-    facing, larger, _ = outlines._fits(film.stage(rng), WALKER, path, (1, -1), FEW)
+    facing, larger, _ = outlines._fits(film.stage(rng), WALKER, path, None, FEW)
     assert (facing, larger) == (1, 1.0)
