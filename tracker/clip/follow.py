@@ -210,6 +210,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         moved=trail.column("moved"),
         mark=plan.tracker.settings.mark,
         misnamed=plan.seen.misnamed,
+        before=tuple(time - times[0] for time in times[:first]),
     )
 
 

@@ -163,7 +163,7 @@ def read_run(folder: Path) -> Record:
         here = slice(first, first + followed)
         return Record(
             news=news,
-            times=whole_times(rows["times"], first, T, news.fps),
+            times=whole_times(rows["times"], first, T, news.fps, header.get("before", ())),
             names=tuple(header["joints"]),
             places=_padded(rows["joints"], here, T),
             covs=_padded(rows["joint_covs"], here, T),
@@ -214,6 +214,7 @@ def read_track(folder: Path, mark: float, figure: Figure) -> Track:
             labels=tuple(header["labels"]),
             misnamed=header["misnamed"],
             first=header["first"],
+            before=tuple(header.get("before", ())),
             motions=tuple(rows.pop("motions").tolist()),
             outcome=tuple(rows.pop("outcome").tolist()),
             mark=mark,

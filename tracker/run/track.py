@@ -45,6 +45,7 @@ class Track:
     moved   : (T, 3) how a moving camera has moved the scene since the start, see `View.moved`
     mark    : standard deviation of a marked joint's place on its links, leg lengths; no frame measures it
     misnamed: probability that the legs are named the wrong way round throughout; not included in `cov`
+    before  : (first,) seconds of the frames before the first row; () if they are spaced evenly
     """
 
     figure: Figure
@@ -61,6 +62,7 @@ class Track:
     moved: Array
     mark: float
     misnamed: float = 0.0
+    before: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "outcome", tuple(map(Outcome, self.outcome)))

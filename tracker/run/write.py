@@ -1,7 +1,7 @@
 """A Track written as the tables of a run's folder."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ SAID = ("time_s", "state", "label", "outcome")  # further columns of the pose ta
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
     """Write keypoints.csv, pose.csv and track.npz, with rows for every frame of the clip."""
     places, covs = track.joints(), track.joint_covs()
-    times = whole_times(track.times, track.first, frames, fps)
+    times = whole_times(track.times, track.first, frames, fps, track.before)
     write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, places, covs, times))
     learned = track.figure.learned_freedoms
     columns = ("seq", "frame", *learned, *SAID, *track.figure.pose_freedoms[len(learned) :])
@@ -34,6 +34,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         "labels": track.labels,
         "misnamed": track.misnamed,
         "first": track.first,
+        "before": track.before,
         "figure": track.figure.name,
         "freedoms": track.figure.freedoms,
         "joints": track.figure.joints,
@@ -70,11 +71,11 @@ def _poses(track: Track, times: Array) -> Iterator[tuple[object, ...]]:
         yield 0, frame, *pose[:learned], f"{seconds:.6f}", *said, *pose[learned:]
 
 
-def whole_times(times: Array, first: int, frames: int, fps: float) -> Array:
+def whole_times(times: Array, first: int, frames: int, fps: float, before: Sequence[float] = ()) -> Array:
     """(frames,) seconds of every frame of a clip, of which those from `first` on were followed at `times`.
 
-    The first is at 0; times before and after the followed frames are spaced evenly.
+    Without those `before`, and always after the followed frames, times are spaced evenly; the first is 0.
     """
-    row, end = np.arange(frames), first + len(times)
-    known = np.r_[0 : min(first, 1), first:end], np.r_[np.zeros(min(first, 1)), times]
-    return np.asarray(np.interp(row, *known) + np.maximum(row - end + 1, 0) / fps)
+    early = before if len(before) == first else np.linspace(0.0, times[0], first, endpoint=False)
+    late = times[-1] + np.arange(1, frames - first - len(times) + 1) / fps
+    return np.concatenate([early, times, late])
