@@ -136,7 +136,7 @@ def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Perso
 
 def _clear(one: Person) -> bool:
     """Whether the person is so clear that another search is unnecessary."""
-    return one.turned >= CLEARLY and one.spread < NARROW and not _doubted(one)
+    return abs(one.turned) >= CLEARLY and one.spread < NARROW and not _doubted(one)
 
 
 def _clearer(one: Person, again: list[Person]) -> Person:
@@ -146,7 +146,7 @@ def _clearer(one: Person, again: list[Person]) -> Person:
     """
 
     def worth(seen: Person, lead: float = 1.0) -> tuple[bool, bool, float]:
-        return not _doubted(seen), seen.spread < NARROW, lead * seen.turned
+        return not _doubted(seen), seen.spread < NARROW, lead * abs(seen.turned)
 
     best = max(filter(one.same, again), key=worth, default=one)
     return best if worth(best) > worth(one, LEAD) else one
@@ -178,7 +178,7 @@ def start_of(
     if near is not None and near is not nearer(one):
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
-    return start_from(one, told, one.against >= TURNED)
+    return start_from(one, told, one.turned <= -TURNED)
 
 
 def _numbered(number: int, everybody: list[Person], listed: list[Person] | None) -> Person:
@@ -220,7 +220,7 @@ def _nobody(how: Following, video: Video) -> FoundError:
 
 def _doubted(one: Person) -> str:
     """Why a person is no reliable start, and what to do besides marking; "" if the person is reliable."""
-    if one.turned < TURNED:
+    if one.turned < TURNED and not one.given:
         return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
     wrong = objections(one.figure, points(marks_of(one)), one.facing)
     if one.spread > DOUBTED:

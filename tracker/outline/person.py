@@ -42,9 +42,9 @@ class Person:
     facing  : +1 right, -1 left
     direction : of travel, +1 right, -1 left, 0 neither
     turned  : advantage over the other facing in explaining the picture, nats times square leg lengths a
-        frame; infinite if the facing was given
+        frame; negative where that explains it better than one that was given
     outline : in every frame from the first on
-    against : advantage of the other facing, also over one that was given, as `turned`
+    given   : whether the facing was given
     """
 
     figure: Figure
@@ -54,7 +54,7 @@ class Person:
     direction: int
     turned: float
     outline: Outline
-    against: float = -np.inf
+    given: bool = False
 
     @property
     def last(self) -> int:
@@ -130,16 +130,15 @@ def person(
     frame = _clearest(faced, outline, figure, sure)
     if frame is None:
         return None
-    turned = margin / float(np.median(outline.units)) ** 2
     return Person(
         figure=figure,
         first=first,
         frame=first + frame,
         facing=facing,
         direction=_direction(faced, outline),
-        turned=np.inf if given else turned,
+        turned=margin / float(np.median(outline.units)) ** 2,
         outline=outline,
-        against=-turned,
+        given=given,
     )
 
 

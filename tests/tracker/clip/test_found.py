@@ -123,6 +123,7 @@ def expected(monkeypatch):
         ((0.08, 0.02, 0.2), 3),
         ((0.01, 0.02, 0.01, 0.01, 0.03), 5),
         ((0.05, 0.04, 0.02, 0.01, 0.01), 5),
+        ((0.01, -0.3), 2),
     ],
 )
 def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shadows_expected(
@@ -130,12 +131,13 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
 ):
     def before(*_):
         look = len(expected) - 1
-        return [walk.person(turned=turned[look], frame=look), walk.shifted(60).person(frame=look)]
+        one = replace(walk.person(turned=turned[look], frame=look), given=min(turned) < 0.0)
+        return [one, walk.shifted(60).person(frame=look)]
 
     monkeypatch.setattr(found_module, "_before", before)
     (one, sure) = people(video, QUIET)
     assert expected == [ORDINARY, *AGAIN][:looks]
-    assert (one.frame, one.turned) == (int(np.argmax(turned)), max(turned))
+    assert (one.frame, one.turned) == (int(np.argmax(np.abs(turned))), max(turned, key=abs))
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
 
@@ -351,7 +353,9 @@ def test_who_is_doubted_is_no_start(doubted, said, walk, video):
 def test_who_is_just_sure_enough_is_a_start(walk, video):
     start = start_of([spread(walk.person(turned=1.1 * TURNED), 0.9 * DOUBTED)], Following(), video)
     assert (start.frame, start.facing, start.against) == (MIDDLE, 1, False)
-    assert start_of([replace(walk.person(), against=TURNED)], Following(), video).against
+
+    given = [replace(walk.person(turned=turned), given=True) for turned in (0.0, -TURNED)]
+    assert [start_of([one], Following(), video).against for one in given] == [False, True]
 
 
 def test_the_nearer_leg_may_be_given(walk, video):

@@ -67,7 +67,7 @@ def test_in_python_a_film_alone_is_followed_and_doubts_are_warnings(monkeypatch,
 
 def test_a_facing_against_the_film_and_a_turn_are_warned_of(monkeypatch, walk, tmp_path):
     there_and_back = as_video(np.concatenate([walk.images, walk.images[::-1]]), tmp_path)
-    monkeypatch.setattr(found_module, "people", lambda *_: [replace(walk.person(), against=1.0)])
+    monkeypatch.setattr(found_module, "people", lambda *_: [replace(walk.person(turned=-1.0), given=True)])
     with pytest.warns(UserWarning, match="the figure ") as said:
         follow(there_and_back.path, model="cv", facing="right")
     texts = "\n".join(str(each.message) for each in said)

@@ -147,8 +147,8 @@ def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(wal
 def test_a_facing_that_is_given_is_taken(walk, rng):
     film = walk.part(slice(8, 28))
     found = person(film.stage(rng), WALKER, path_of(film), FEW, facing=-1)
-    assert (found.facing, found.direction, found.turned) == (-1, 1, np.inf)
-    assert found.against > TURNED
+    assert (found.facing, found.direction, found.given) == (-1, 1, True)
+    assert found.turned < -TURNED
 
 
 def test_a_person_of_every_third_frame_is_known_between_them(walk):
