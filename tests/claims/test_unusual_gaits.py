@@ -28,14 +28,14 @@ def on_bent_knees(plan):
     return replace(plan, walkers=(replace(walker, gait=gait_of(motion, walker.build, times)),))
 
 
-@pytest.mark.parametrize("seed", [1151, 1157])
+@pytest.mark.parametrize("seed", [1153, 1157])
 def test_bent_knees_are_measured_as_such(seed, data_dir, tmp_path):
     plan = on_bent_knees(planned(seed, read_trials(data_dir / "mocap" / "trials.csv")))
     made, path = film(plan), tmp_path / "walk.mp4"
     made.write(path)
     first = start_frame(made)
     job = Job(path, {first: made.marks[first]})
-    for each, most in ((job, 7.0), (asked(Following(), path, None, None, QUIET), 8.0)):
+    for each, most in ((job, 6.0), (asked(Following(), path, None, None, QUIET), 12.0)):
         track = follow(each, QUIET).track
         truth = plan.walkers[0].gait.pose[MOMENTS // 2 :: MOMENTS][track.first :][: len(track)]
         less = truth[:, KNEES] - track.q[:, KNEES]
