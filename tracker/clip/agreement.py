@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from dynamics.gaussian import Array
-from kinematics.sides import SIDES
 from kinematics.spm import joint_jacobian, joints
 from tracker.clip.plan import Plan
 from tracker.loop.detections import Detections, Detector
@@ -19,7 +18,6 @@ from tracker.run.track import Track, blocks
 
 MARKED, FOUND = 7 / 3, 1.0  # variance of the outline's constant error over that of a marked or found start
 FEWEST = 10  # frames in which a joint must be seen
-KNEES = {f"knee_{side}" for side in SIDES}
 FAR = 0.09  # rms difference of the joints beyond which the outline is not believed, leg lengths
 RIDGE = 0.01  # prior variance of the error of a joint over that of a freedom, leg lengths and radians
 
@@ -41,7 +39,6 @@ def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Arra
 
     It is the ridge regression, on the mean derivatives of the joints, of the medians of their differences; no
     difference if these are greater than errors of marks are, as the outline is then wrong.
-    Knees stay: outlines are fitted with the usual strides, from which people differ by how they bend them.
     """
     apart = _apart(track, outline)
     known = np.asarray(np.isfinite(apart).all(-1))
@@ -54,7 +51,6 @@ def constant_difference(track: Track, outline: Mapping[int, Detections]) -> Arra
     J = np.zeros((len(often), 2, track.q.shape[1]))
     for some in blocks(len(track)):
         J += np.einsum("tj,tjad->jad", known[some], joint_jacobian(track.figure, track.q[some]))
-    J[..., [name in KNEES for name in track.figure.freedoms]] = 0.0
     J = (J[often] / known.sum(0)[often, None, None]).reshape(-1, J.shape[-1])
     return np.linalg.solve(J.T @ J + RIDGE * np.eye(J.shape[1]), J.T @ middle.ravel())
 

@@ -14,7 +14,8 @@ from tracker.loop.detections import Detections
 from tracker.settings import Settings
 
 KNEES = [WALKER.index(name) for name in ("knee_near", "knee_far")]
-OFF = dict(root_x=0.02, root_y=-0.01, torso=0.04, hip_near=0.05, hip_far=-0.03, stretch_torso=0.03)
+OFF = dict(root_x=0.02, root_y=-0.01, torso=0.04, hip_near=0.05, hip_far=-0.03, knee_far=0.05)
+OFF |= dict(stretch_torso=0.03)
 
 
 @pytest.fixture
@@ -48,21 +49,19 @@ def plan_of(outline, *, smooth=True, found=None, marked=1, measured=None):
     )
 
 
-def test_a_constant_difference_of_all_but_the_knees_is_found(track):
+def test_a_constant_difference_is_found(track):
     by = change(**OFF)
     found, truth = constant_difference(track, outline_of(track, by)), replace(track, q=track.q + by).joints()
     apart, left = truth - track.joints(), truth - replace(track, q=track.q + found).joints()
     assert np.linalg.norm(left, axis=-1).mean() < 0.15 * np.linalg.norm(apart, axis=-1).mean()
     assert_allclose(found[:3], by[:3], atol=0.01)
-    bent = constant_difference(track, outline_of(track, change(knee_near=-0.1, knee_far=-0.1)))
-    assert_array_equal(bent[KNEES], 0.0)
 
 
 def test_single_frames_elsewhere_and_those_in_which_nothing_was_measured_do_not_count(track):
     outline = outline_of(track, change(**OFF))
     alone = constant_difference(track, outline)
     away = outline_of(track, change(root_x=2.0), range(0, len(track), 5))
-    assert_allclose(constant_difference(track, outline | away)[:8], alone[:8], atol=0.005)
+    assert_allclose(constant_difference(track, outline | away)[:8], alone[:8], atol=0.01)
     lost = replace(track, outcome=tuple("lost" if t in away else "ok" for t in range(len(track))))
     assert_array_equal(constant_difference(lost, outline | away), constant_difference(lost, outline))
 
