@@ -5,9 +5,9 @@ With s_t(q_t) the sum of R under the outline of pose q_t, and d_t = q_t less the
     WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2,
 
 less the costs of marks and limits and (b / BEND)^2 / 2, is maximised by L-BFGS. The bend b >= 0 is by how
-much the person bends the knees more than usual, in all frames; less hardly anybody can. With U the upper Cholesky factor
-of the prior's precision, which has a diagonal and one off-diagonal, U d = z makes the prior the unit Gaussian
-of z. The search is over z and sqrt(T) b / BEND, which all have about the same curvature.
+much the person bends the knees more than usual, in all frames; less hardly anybody can. With U the upper
+Cholesky factor of the prior's precision, which has a diagonal and one off-diagonal, U d = z makes the prior
+the unit Gaussian of z. The search is over z and sqrt(T) b / BEND, which have about the same curvature.
 """
 
 from dataclasses import dataclass
