@@ -23,6 +23,7 @@ from tracker.scene.street import FLOOR, foreground, light_fields, street
 Picture = NDArray[np.uint8]
 
 KEYPOINTS = tuple(MARK_RANKS)
+ARM_JOINTS = ("near_elbow", "near_wrist", "far_elbow", "far_wrist")
 SHUTTER = (-2, 0, 2)  # of STEPS moments a frame, those that are averaged: about half of the frame
 MARGIN = 0.55  # margin beside the hip at both ends, for half a step and the arms, legs
 FPS = 30.0
@@ -39,6 +40,7 @@ class Scene:
 
     images : T pictures (H, W, 3) uint8 RGB, the compressed ones
     joints : (T, 2) pixels for each keypoint; x right, y down, (0, 0) the centre of the top-left pixel
+    arms   : the same for elbows and wrists
     visible: (T,) bool for each keypoint, true if no nearer limb covers it
     pose   : (T, 8) root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far; the root in leg
              lengths from the hip's place in frame 0, x forward and y up; angles in radians, lean forward,
@@ -50,6 +52,7 @@ class Scene:
 
     images: list[Picture]
     joints: dict[str, Array]
+    arms: dict[str, Array]
     visible: dict[str, NDArray[np.bool_]]
     pose: Array
     leg_px: float
@@ -131,6 +134,7 @@ def render(
     return Scene(
         images=compress(images),
         joints={name: places[name] for name in KEYPOINTS},
+        arms={name: places[name] for name in ARM_JOINTS},
         visible={name: np.array([now[name] for now in visible]) & ~covered[name] for name in KEYPOINTS},
         pose=pose,
         leg_px=float(leg_px),
