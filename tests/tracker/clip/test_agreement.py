@@ -14,8 +14,8 @@ from tracker.loop.detections import Detections
 from tracker.settings import Settings
 
 KNEES = [WALKER.index(name) for name in ("knee_near", "knee_far")]
-OFF = dict(root_x=0.02, root_y=-0.01, torso=0.04, hip_near=0.05, hip_far=-0.03, knee_far=0.05)
-OFF |= dict(stretch_torso=0.03)
+ROOT, TRUNK = dict(root_x=0.02, root_y=-0.01), dict(torso=0.04, stretch_torso=0.03)
+OFF = ROOT | TRUNK | dict(hip_near=0.05, hip_far=-0.03, knee_far=0.05)
 
 
 @pytest.fixture
